@@ -1,0 +1,25 @@
+# Everything Skinfield links, found once. LICENSES.md says what each profile contains.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(TBB REQUIRED)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nanoflann REQUIRED)
+
+# Embree 4 if there is one, else 3.13 (Debian 12); only src/geometry/ray_scene.cpp knows which.
+find_package(embree 4 QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3.13 REQUIRED)
+endif()
+
+# CHOLMOD's supernodal module is GPL, so that the permissive profile does without.
+add_library(skinfield_cholmod INTERFACE)
+if(SKINFIELD_PROFILE STREQUAL "full")
+  find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
+  find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
+  target_include_directories(skinfield_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
+  target_link_libraries(skinfield_cholmod INTERFACE ${CHOLMOD_LIBRARY})
+  target_compile_definitions(skinfield_cholmod INTERFACE SKINFIELD_HAVE_CHOLMOD=1)
+endif()

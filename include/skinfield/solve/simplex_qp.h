@@ -1,0 +1,65 @@
+// Quadratic programs over products of simplices: the exact weights problem, partition of unity
+// inside it, for any positive semidefinite energy.
+//
+//   minimise  1/2 tr(W' Q W) + <B, W>
+//   subject to  W_ij >= 0,  sum_j W_ij = s_i,  W_ij = 0 where not allowed,  fixed rows given.
+//
+// Method (findings.md B): alternating directions with a per-node penalty, Anderson acceleration,
+// one Cholesky factor of Q + D, projected block Gauss-Seidel sweeps at the end. Every iterate that
+// is returned is exactly feasible.
+#pragma once
+
+#include "skinfield/base/progress.h"
+#include "skinfield/base/types.h"
+
+#include <string>
+#include <vector>
+
+namespace skinfield {
+
+struct FixedRows {
+  std::vector<int> node;  ///< distinct, ascending
+  RowMatrix weights;      ///< (k,m), each row on the simplex
+};
+
+struct SimplexProblem {
+  SparseRows Q;              ///< (N,N) symmetric positive semidefinite, full (both triangles)
+  RowMatrix B;               ///< (N,m) linear term, or empty for none
+  Vector M;                  ///< (N) > 0 node masses: scales the penalties
+  FixedRows fixed;
+  int columns = 0;           ///< m
+  Vector row_sum;            ///< (N) targets s_i >= 0, or empty for all 1
+  /// (N) lists of the columns a row may use, or empty for all: the kept support of a re-solve.
+  std::vector<std::vector<int>> support;
+};
+
+struct SolveStats {
+  enum class Status { converged, limit, cancelled };
+  Status status = Status::converged;
+  int iterations = 0;
+  double energy = 0, lower_bound = 0;
+  double relative_gap = 0;     ///< (energy - lower_bound) / energy
+  double kkt_residual = 0;     ///< largest violation of the optimality conditions, in weight units
+  double largest_change = 0;   ///< of a weight, at the last check
+};
+
+struct SimplexOptions {
+  double tolerance = 1e-3;     ///< stop when no weight is expected to change by more
+  int max_iterations = 500;
+  double time_limit_s = 0;     ///< 0: none
+  RowMatrix start;             ///< warm start (N,m), or empty
+};
+
+struct SimplexSolution {
+  RowMatrix W;                 ///< (N,m), feasible
+  SolveStats stats;
+};
+
+/// @throws SolveError if a component of Q's graph has no fixed row (singular), or Q is indefinite.
+SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOptions& options = {},
+                                 const Progress& progress = {});
+
+/// Euclidean projection of a row onto {w >= 0, sum w = s} (in place, sort-free with capped loop).
+void project_to_simplex(double* w, int m, double s = 1);
+
+}  // namespace skinfield

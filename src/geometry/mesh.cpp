@@ -1,0 +1,2 @@
+#include "skinfield/geometry/mesh.h"
+namespace skinfield {}
