@@ -32,10 +32,11 @@ struct UnitBox {
 /// A box of zero size (a single point) gets scale 1.
 UnitBox unit_box(const Points& V);
 
-/// Vertices closer than `tolerance` become one (0: equal positions only). `vertex` maps old to
-/// new; new vertices keep the order of their first appearance. Triangles that lose a corner
-/// stay (callers that mind test for them). Linear time (hash grid). Position of a merged vertex:
-/// its first member's.
+/// Vertices closer than `tolerance` become one (0: equal positions only): each joins the earliest
+/// new vertex within the tolerance, so that chains do not creep. `vertex` maps old to new; new
+/// vertices keep the order of their first appearance. Triangles that lose a corner stay (callers
+/// that mind test for them). Linear time (hash grid). Position of a merged vertex: its first
+/// member's.
 struct Welded {
   Points V;
   std::vector<int> vertex;
@@ -56,7 +57,8 @@ Vector face_areas(const Points& V, const Triangles& F);
 /// (Area-weighted ones point outward of thin parts: findings.md A.)
 Points vertex_normals(const Points& V, const Triangles& F);
 
-/// Boundary triangles of a tet mesh, oriented outward. Inverted tets count by their sign.
+/// Boundary triangles of a tet mesh (sides of one tet, or of an odd number), oriented outward of
+/// the first tet that has them, whichever way round its corners are listed.
 Triangles boundary_faces(const Points& V, const Tetrahedra& T);
 
 }  // namespace skinfield
