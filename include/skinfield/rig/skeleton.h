@@ -11,6 +11,13 @@ namespace skinfield {
 
 using Transform = Eigen::Matrix4d;  ///< column vectors: x' = T x
 
+/// A child node of a joint that is no joint of the skin (`Head_end`, a hat): where a leaf may end.
+struct JointTip {
+  std::string name;
+  Vec3 position = Vec3::Zero();  ///< in bind space: inverse_bind of its joint, inverted, times its
+                                 ///< node translation
+};
+
 /// A glTF/Blender joint, or a TGF vertex.
 struct Joint {
   std::string name;
@@ -19,6 +26,7 @@ struct Joint {
   Transform inverse_bind = Transform::Identity();  ///< bind space -> joint space
   Transform local_rest = Transform::Identity();    ///< node transform relative to the parent joint
   Transform world_rest = Transform::Identity();
+  std::vector<JointTip> tips;      ///< child nodes outside the skin, in node order (glTF readers)
 };
 
 /// What a weight function belongs to.
