@@ -1,0 +1,46 @@
+// How good are weights, how far apart are two of them.
+#pragma once
+
+#include "skinfield/geometry/mesh.h"
+#include "skinfield/weights/skin_weights.h"
+
+#include <span>
+
+namespace skinfield {
+
+/// Total variation between two weight matrices: TV_i = 1/2 sum_j |a_ij - b_ij| at vertex i, in
+/// [0,1] for rows on the simplex; a metric on matrices.
+struct Comparison {
+  double mean = 0, p95 = 0, p99 = 0, max = 0;  ///< of TV_i over the vertices
+  int worst_vertex = -1;                       ///< where the maximum is (the first such vertex)
+  Vector column;                               ///< (m) mean over vertices of |a_ij - b_ij|
+  Vector vertex;                               ///< (n) TV_i
+};
+/// Columns are taken in order. Throws InputError if the sizes differ.
+Comparison compare(const SkinWeights& a, const SkinWeights& b);
+
+/// The same weights with the columns in the order of `names`; columns that it does not name are
+/// an error unless they are empty, and names that the weights lack get an empty column.
+/// Throws InputError on an unnamed matrix or where weight would be lost.
+SkinWeights reorder_columns(const SkinWeights& weights, const std::vector<std::string>& names);
+
+struct WeightStatistics {
+  double row_sum_error = 0;                   ///< max over rows of |sum - 1|, empty rows left out
+  Eigen::Index negative = 0, non_finite = 0;  ///< entries
+  Eigen::Index empty_rows = 0;
+  std::vector<Eigen::Index> influences;  ///< influences[k]: rows with k non-zero entries
+  std::vector<int> without_vertices;     ///< columns whose weight is above 0.5 nowhere
+};
+/// `columns`: the ones that should bind something (those of the deforming joints); empty = all.
+WeightStatistics weight_statistics(const SkinWeights& weights, std::span<const int> columns = {});
+
+struct Extrema {
+  Eigen::Index maxima = 0, minima = 0;  ///< all columns together
+  std::vector<Eigen::Index> column;     ///< (m) maxima + minima of a column
+};
+/// Spurious local extrema: vertices whose weight lies by more than `tolerance` above (below) all
+/// their neighbours along the edges of mesh.F and mesh.T, values within `tolerance` of 1 (of 0)
+/// left out. Throws InputError if the weights' rows are not the mesh's vertices.
+Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double tolerance = 1e-6);
+
+}  // namespace skinfield
