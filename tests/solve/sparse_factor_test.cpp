@@ -1,0 +1,130 @@
+#include "skinfield/solve/sparse_factor.h"
+
+#include "skinfield/base/error.h"
+#include "skinfield/base/parallel.h"
+#include "skinfield/base/random.h"
+
+#include <gtest/gtest.h>
+
+namespace skinfield {
+namespace {
+
+/// The 7-point Laplacian of a grid of side s: singular; a shift makes it definite.
+SparseRows grid_laplacian(int s) {
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto id = [&](int i, int j, int k) { return (i * s + j) * s + k; };
+  const auto link = [&](int a, int b) {
+    entries.emplace_back(a, a, 1.0);
+    entries.emplace_back(b, b, 1.0);
+    entries.emplace_back(a, b, -1.0);
+    entries.emplace_back(b, a, -1.0);
+  };
+  for (int i = 0; i < s; ++i) {
+    for (int j = 0; j < s; ++j) {
+      for (int k = 0; k < s; ++k) {
+        if (i + 1 < s) link(id(i, j, k), id(i + 1, j, k));
+        if (j + 1 < s) link(id(i, j, k), id(i, j + 1, k));
+        if (k + 1 < s) link(id(i, j, k), id(i, j, k + 1));
+      }
+    }
+  }
+  SparseRows K(s * s * s, s * s * s);
+  K.setFromTriplets(entries.begin(), entries.end());
+  return K;
+}
+
+RowMatrix random_matrix(Eigen::Index rows, Eigen::Index columns) {
+  Random random(7);
+  RowMatrix B(rows, columns);
+  for (Eigen::Index i = 0; i < B.size(); ++i) B.data()[i] = random.normal();
+  return B;
+}
+
+class EveryBackend : public ::testing::TestWithParam<FactorBackend> {
+ protected:
+  void SetUp() override {
+    if (GetParam() == FactorBackend::cholmod && !has_cholmod()) {
+      GTEST_SKIP() << "this build has no CHOLMOD";
+    }
+  }
+};
+
+TEST_P(EveryBackend, SolvesAndRefactorsOnOneAnalysis) {
+  const SparseRows K = grid_laplacian(9);
+  SparseFactor factor(GetParam());
+  factor.analyse(K);
+  for (const double scale : {0.01, 3.0}) {
+    Vector shift = Vector::Constant(K.rows(), scale);
+    shift[5] *= 100;
+    factor.factor(K, shift);
+    const RowMatrix B = random_matrix(K.rows(), 23);
+    RowMatrix X = B;
+    factor.solve(X);
+    const RowMatrix R = K * X + shift.asDiagonal() * X - B;
+    EXPECT_LT(R.cwiseAbs().maxCoeff(), 1e-10 * X.cwiseAbs().maxCoeff() * 10);
+  }
+  EXPECT_GE(factor.nonzeros(), K.rows());
+}
+
+TEST_P(EveryBackend, RefusesSingularAndIndefinite) {
+  const SparseRows K = grid_laplacian(5);
+  SparseFactor factor(GetParam());
+  factor.analyse(K);
+  EXPECT_THROW(factor.factor(K), SolveError);
+  EXPECT_THROW(factor.factor(K, Vector::Constant(K.rows(), -0.5)), SolveError);
+  Vector broken = Vector::Constant(K.rows(), 1.0);
+  broken[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(factor.factor(K, broken), SolveError);
+  factor.factor(K, Vector::Constant(K.rows(), 1.0));  // usable after a refusal
+  RowMatrix X = RowMatrix::Ones(K.rows(), 1);
+  factor.solve(X);
+  EXPECT_LT((X.array() - 1).abs().maxCoeff(), 1e-12);
+}
+
+TEST_P(EveryBackend, SameBytesAtAnyThreadCount) {
+  const SparseRows K = grid_laplacian(8);
+  RowMatrix result[2];
+  for (int threads = 1; threads <= 2; ++threads) {
+    const ThreadLimit limit(threads);
+    SparseFactor factor(GetParam());
+    factor.analyse(K);
+    factor.factor(K, Vector::Constant(K.rows(), 0.1));
+    result[threads - 1] = random_matrix(K.rows(), 33);
+    factor.solve(result[threads - 1]);
+  }
+  EXPECT_TRUE((result[0].array() == result[1].array()).all());
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, EveryBackend,
+                         ::testing::Values(FactorBackend::automatic, FactorBackend::cholmod,
+                                           FactorBackend::eigen));
+
+TEST(SparseFactor, TinyAndEmpty) {
+  SparseFactor factor;
+  SparseRows A(1, 1);
+  A.insert(0, 0) = 4;
+  A.makeCompressed();
+  factor.analyse(A);
+  factor.factor(A);
+  RowMatrix X = RowMatrix::Constant(1, 3, 8.0);
+  factor.solve(X);
+  EXPECT_DOUBLE_EQ(X(0, 2), 2.0);
+  SparseRows none(0, 0);
+  factor.analyse(none);
+  factor.factor(none);
+  RowMatrix nothing(0, 3);
+  factor.solve(nothing);
+  EXPECT_EQ(factor.nonzeros(), 0);
+}
+
+TEST(SparseFactor, NeedsTheDiagonal) {
+  SparseRows A(2, 2);
+  A.insert(0, 0) = 1;
+  A.insert(0, 1) = 0.5;
+  A.insert(1, 0) = 0.5;
+  A.makeCompressed();
+  EXPECT_THROW(SparseFactor().analyse(A), SolveError);
+}
+
+}  // namespace
+}  // namespace skinfield
