@@ -26,7 +26,6 @@ struct Joint {
   Transform inverse_bind = Transform::Identity();  ///< bind space -> joint space
   Transform local_rest = Transform::Identity();    ///< node transform relative to the parent joint
   Transform world_rest = Transform::Identity();
-  std::vector<Vec3> tails;  ///< bind-space positions of non-joint child nodes named like ends
   std::vector<JointTip> tips;      ///< child nodes outside the skin, in node order (glTF readers)
 };
 
