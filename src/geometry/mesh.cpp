@@ -48,13 +48,9 @@ Box3 bounding_box(const Points& V) {
 
 double diagonal(const Box3& box) { return (box.row(1) - box.row(0)).norm(); }
 
-Points UnitBox::to(const Points& X) const {
-  return (X.rowwise() - origin.transpose()) * scale;
-}
+Points UnitBox::to(const Points& X) const { return (X.rowwise() - origin.transpose()) * scale; }
 
-Points UnitBox::from(const Points& X) const {
-  return (X / scale).rowwise() + origin.transpose();
-}
+Points UnitBox::from(const Points& X) const { return (X / scale).rowwise() + origin.transpose(); }
 
 UnitBox unit_box(const Points& V) {
   const Box3 box = bounding_box(V);
