@@ -1,6 +1,7 @@
 // Where weight functions live: nodes, fixed rows, an energy, and evaluation at any point.
 #pragma once
 
+#include "skinfield/operators/biharmonic.h"
 #include "skinfield/rig/skeleton.h"
 #include "skinfield/solve/simplex_qp.h"
 
@@ -37,8 +38,5 @@ class Domain {
   /// P for (n,3) points; unit normals (n,3) help to look inward, or empty.
   virtual Interpolation at(const Points& X, const Points& normals) const = 0;
 };
-
-/// Q = K M^-1 K.
-SparseRows biharmonic(const SparseRows& K, const Vector& M);
 
 }  // namespace skinfield
