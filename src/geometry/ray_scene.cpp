@@ -19,7 +19,7 @@
 namespace skinfield {
 namespace {
 
-constexpr std::size_t kStream = 64;  // rays handed to Embree at a time
+constexpr std::size_t kStream = 64;  // occlusion rays handed to Embree at a time: a third faster
 constexpr double kNearEdge = 4e-6;   // distance to an edge that single precision cannot judge
 
 #if RTC_VERSION_MAJOR >= 4
@@ -81,16 +81,6 @@ void test(RTCScene scene, RTCRay* ray) {
   Context context;
   init(&context);
   rtcOccluded1(scene, &context, ray);
-#endif
-}
-
-void shoot_stream(RTCScene scene, RTCRayHit* rays, std::size_t n) {
-#if RTC_VERSION_MAJOR >= 4  // has no streams any more
-  for (std::size_t i = 0; i < n; ++i) rtcIntersect1(scene, rays + i);
-#else
-  Context context;
-  init(&context);
-  rtcIntersect1M(scene, &context, rays, static_cast<unsigned>(n), sizeof(RTCRayHit));
 #endif
 }
 
@@ -375,14 +365,12 @@ RayHit RayScene::first_hit(const Vec3& origin, const Vec3& direction, double t_m
 
 void RayScene::first_hits(const Vec3& origin, std::span<const Vec3> directions,
                           std::span<const double> t_max, std::span<RayHit> hits) const {
-  alignas(16) std::array<RTCRayHit, kStream> rays;
+  // One by one: Embree's streams of first hits measure a quarter slower than that.
   const Vec3 from = impl_->map(origin);
-  for (std::size_t start = 0; start < directions.size(); start += kStream) {
-    const std::size_t n = std::min(kStream, directions.size() - start);
-    for (std::size_t i = 0; i < n; ++i)
-      rays[i] = make_ray_hit(from, directions[start + i] * impl_->scale, 0, t_max[start + i]);
-    shoot_stream(impl_->scene, rays.data(), n);
-    for (std::size_t i = 0; i < n; ++i) hits[start + i] = read_hit(rays[i], directions[start + i]);
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    RTCRayHit ray = make_ray_hit(from, directions[i] * impl_->scale, 0, t_max[i]);
+    shoot(impl_->scene, &ray);
+    hits[i] = read_hit(ray, directions[i]);
   }
 }
 

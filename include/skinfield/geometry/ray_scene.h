@@ -17,8 +17,8 @@ struct RayHit {
   explicit operator bool() const { return face >= 0; }
 };
 
-/// An immutable set of triangles in single precision. Thread-safe for queries.
-/// Positions should be in the unit box or near it (float precision: about 1e-7 there).
+/// An immutable set of triangles in single precision. Thread-safe for queries. Any units: inside,
+/// positions are relative to the box of the triangles (precision: about 1e-7 of its side).
 class RayScene {
  public:
   /// Faces with repeated indices or zero area are left out but keep their numbers.
@@ -35,11 +35,13 @@ class RayScene {
   void occluded(const Vec3& a, std::span<const Vec3> b, std::span<unsigned char> blocked) const;
   /// First hit of origin + t * direction, t in (t_min, t_max).
   RayHit first_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
-  /// First hits of many rays from one origin (packets inside); t_max per ray.
+  /// First hits of many rays from one origin ; t_max per ray.
   void first_hits(const Vec3& origin, std::span<const Vec3> directions,
                   std::span<const double> t_max, std::span<RayHit> hits) const;
   /// Every hit along a-b, sorted by (t, face). A triangle is reported once. Coincident duplicate
-  /// triangles are all reported.
+  /// triangles are all reported. Where the segment meets an edge or a corner, the faces around it
+  /// count as if it passed beside, so that on closed surfaces the signs add up to
+  /// winding(b) - winding(a). t is exact to double precision.
   void all_hits(const Vec3& a, const Vec3& b, std::vector<RayHit>& hits) const;
 
  private:
