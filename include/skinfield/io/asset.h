@@ -32,6 +32,7 @@ struct Character {
   Mesh mesh;                        ///< in bind space, equal positions merged
   std::vector<int> vertex_of_input; ///< (n_input) -> mesh.V row, in file order
   Points input_normals;             ///< (n_input,3) as in the file, or empty
+  Triangles input_faces;            ///< mesh.F before merging, in input vertices, or empty
   std::vector<Part> parts;
   Skeleton skeleton;                ///< joints filled by the reader, handles by rig's rules
   std::optional<SkinWeights> weights;  ///< (n_input, columns) as in the file, NaN rows empty
