@@ -40,7 +40,8 @@ patterns=()
 for file in "${files[@]}"; do patterns+=("^$PWD/$file\$"); done
 start=$SECONDS
 if ! run-clang-tidy -quiet -j "$jobs" -p build/release "${patterns[@]}" >"$log" 2>&1; then
-  grep -vE '^clang-tidy|^[0-9]+ warnings|^Suppressed|^$' "$log" >&2 || true
+  sed 's/\x1b\[[0-9;]*m//g' "$log" |
+    grep -vE '^clang-tidy|^[0-9]+ warnings|^Suppressed|^$' | awk '!seen[$0]++' >&2 || true
   echo "tidy: see above (the whole of it: $log)" >&2
   exit 1
 fi
