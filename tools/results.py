@@ -101,6 +101,19 @@ def count(value):
     return len(value) if isinstance(value, list) else value
 
 
+def summary(report):
+    """What the tables need of a report; of several characters: sums, and the worst gap."""
+    parts = report.get("characters") or [report]
+    def total(*path):
+        return sum(count(at(part, *path)) or 0 for part in parts)
+    return dict(rung=", ".join(dict.fromkeys(str(at(part, "domain", "rung")) for part in parts)),
+                nodes=total("domain", "nodes"),
+                gap=max((at(part, "solve", "relative_gap") or 0 for part in parts)),
+                limit=any(at(part, "solve", "status") != "converged" for part in parts),
+                idle=total("weights", "handles_without_vertices"),
+                filled=total("weights", "vertices_filled"))
+
+
 def bind_case(case, options):
     group, name, path, skeleton = case
     folder = options.out / group
@@ -121,11 +134,7 @@ def bind_case(case, options):
         return row
     try:
         report = json.loads(report_path.read_text())
-        row.update(rung=at(report, "domain", "rung"), nodes=at(report, "domain", "nodes"),
-                   status=at(report, "solve", "status"), gap=at(report, "solve", "relative_gap"),
-                   idle=count(at(report, "weights", "handles_without_vertices")),
-                   filled=count(at(report, "weights", "vertices_filled")),
-                   peak=at(report, "peak_memory_bytes", default=ran["peak"]))
+        row.update(summary(report), peak=at(report, "peak_memory_bytes", default=ran["peak"]))
         faults = (judge.gltf_row_faults(output) if group == "rigged"
                   else judge.row_faults(judge.read_npz(output)))
         row.update(zip(("vertices", "row_error", "negative", "broken", "empty"), faults))

@@ -20,7 +20,8 @@ def cases_part(rows, refused):
     text = ["## Every case\n",
             "Row error: the largest |sum − 1| of a row in the written file. Idle: handles without "
             "vertices. Filled: vertices that a lower rung of the ladder gave their weights. Gap: "
-            "certified, of the discrete problem. Seconds are wall and CPU, of the whole program.\n"]
+            "certified, of the discrete problem; \"limit\" where the iterations ran out before "
+            "the tolerance. Seconds are wall and CPU, of the whole program.\n"]
     for group in ("rigged", "surface", "wild", "fem"):
         mine = [r for r in rows if r["group"] == group and r["name"] not in refused]
         if not mine:
@@ -38,7 +39,7 @@ def cases_part(rows, refused):
                 number(r["peak"] / 2**20, "{:.0f}"),
                 number(r.get("row_error"), "{:.0e}") + ("" if r.get("valid") else " **invalid**"),
                 number(r.get("idle"), "{}"), number(r.get("filled"), "{}"),
-                number(r.get("gap"), "{:.1e}")])
+                number(r.get("gap"), "{:.1e}") + (" (limit)" if r.get("limit") else "")])
         text.append(table(["case", "rung", "nodes", "s", "CPU s", "MB", "row error", "idle",
                            "filled", "gap"], cells))
     good = sum(1 for r in rows if r.get("valid") and r["name"] not in refused)
