@@ -1,0 +1,85 @@
+// What is inside, and what sees what: the shape as the mesh-free domains need it, for clean closed
+// surfaces, overlapping parts, clothes, soups and point clouds alike (findings: "Visibility on
+// dirty and overlapping input"). One implementation for all mesh-free domains.
+//
+// Components are clean (nearly closed) or dirty. Clean parts block by a signed count of crossings,
+// so that a segment inside overlapping solids is free and one that leaves the shape is not. Dirty
+// triangles never block; a smoothed winding number on a grid does. Passengers (clothes, shells)
+// are closed parts that no handle needs: they take no part.
+#pragma once
+
+#include "skinfield/base/progress.h"
+#include "skinfield/geometry/mesh.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skinfield {
+
+struct SolidOptions {
+  /// Expected distance between nodes, unit-box units: sets the scale of the smoothed grid.
+  double spacing = 0.02;
+  double accuracy = 2.0;  ///< of the fast winding number
+};
+
+/// A place with what visibility tests need to know about it.
+struct Site {
+  Vec3 x = Vec3::Zero();
+  double winding = 0;    ///< of the clean parts
+  double clearance = 0;  ///< distance to the nearest clean triangle: nothing blocks within
+};
+
+/// Immutable; thread-safe for queries. Positions in the unit box.
+class Solid {
+ public:
+  enum class PartKind : unsigned char { clean, dirty, passenger };
+
+  /// @param mesh triangles, or a point cloud with normals. Equal positions are merged by the
+  ///   caller. Degenerate and duplicate faces are left out; orientation is repaired where it is
+  ///   inconsistent.
+  /// @param handle_samples (k,3) points on the handles, which say where inside is.
+  /// @throws Cancelled
+  Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions& options = {},
+        const Progress& progress = {});
+  ~Solid();
+  Solid(Solid&&) noexcept;
+  Solid& operator=(Solid&&) noexcept;
+
+  Site site(const Vec3& x) const;
+  std::vector<Site> sites(const Points& X) const;
+  bool inside(const Site& a) const;
+  bool inside(const Vec3& x) const { return inside(site(x)); }
+
+  /// Is the way from a to b blocked?
+  bool blocked(const Site& a, const Site& b) const;
+  /// blocked[i] != 0 where the way from a to b[i] is.
+  void blocked(const Site& a, std::span<const Site> b, std::span<unsigned char> blocked) const;
+  /// Shortens t[i] to where the ray from a along unit directions[i] is blocked; hit[i] says so.
+  void reach(const Site& a, std::span<const Vec3> directions, std::span<double> t,
+             std::span<unsigned char> hit) const;
+
+  PartKind kind_of_vertex(int vertex) const;
+  bool has_clean() const;
+  bool has_dirty() const;
+  /// The surface after repair and without passengers (the faces that bound the solid).
+  const Triangles& faces() const;
+  const Points& vertices() const;
+  /// Unit normals of the vertices, outward after repair (n,3).
+  const Points& normals() const;
+
+  struct Facts {
+    int components = 0, clean = 0, dirty = 0, passengers = 0;
+    int flipped_faces = 0, duplicate_faces = 0;
+    double level = 1;        ///< winding number that counts as fully inside
+    double epsilon = 0;      ///< width of the smoothed grid, 0 if there is none
+    int handle_samples_inside = 0, handle_samples = 0;
+  };
+  const Facts& facts() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace skinfield

@@ -1,0 +1,438 @@
+#include "domain/point_sampling.h"
+
+#include "domain/interior_cells.h"
+#include "domain/kd_tree.h"
+#include "skinfield/base/parallel.h"
+#include "skinfield/base/random.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+
+namespace skinfield {
+namespace {
+
+constexpr double disk = 0.84;         // Poisson-disk radius in units of h
+constexpr double disk_at_handle = 0.6;  // of that, between a handle sample and an inner point
+constexpr double pool_per_node = 10;  // candidates a node
+constexpr int cell_depth = 6;
+constexpr int cell_tests = 8;
+
+/// A hash grid of spheres, one level a power of two of the radius. The size field changes slowly,
+/// so that only neighbouring levels can conflict.
+class DiskGrid {
+ public:
+  explicit DiskGrid(double smallest) : smallest_(smallest) {}
+
+  bool conflicts(const Vec3& x, double radius, double handle_factor) const {
+    const int own = level(radius);
+    for (int l = std::max(0, own - 2); l <= own + 2; ++l) {
+      const double side = smallest_ * std::exp2(l + 1);
+      const double search = 1.6 * radius;
+      int low[3], high[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = static_cast<int>(std::floor((x[axis] - search) / side));
+        high[axis] = static_cast<int>(std::floor((x[axis] + search) / side));
+      }
+      for (int k = low[2]; k <= high[2]; ++k)
+        for (int j = low[1]; j <= high[1]; ++j)
+          for (int i = low[0]; i <= high[0]; ++i) {
+            const auto found = cells_.find(key(l, i, j, k));
+            if (found == cells_.end()) continue;
+            for (const Disk& d : found->second) {
+              const double apart = 0.5 * (radius + d.radius) * (d.handle ? handle_factor : 1);
+              if ((d.x - x).squaredNorm() < apart * apart) return true;
+            }
+          }
+    }
+    return false;
+  }
+
+  void add(const Vec3& x, double radius, bool handle) {
+    const int l = level(radius);
+    const double side = smallest_ * std::exp2(l + 1);
+    int c[3];
+    for (int axis = 0; axis < 3; ++axis) c[axis] = static_cast<int>(std::floor(x[axis] / side));
+    cells_[key(l, c[0], c[1], c[2])].push_back({x, radius, handle});
+  }
+
+ private:
+  struct Disk {
+    Vec3 x;
+    double radius;
+    bool handle;
+  };
+  int level(double radius) const {
+    return std::max(0, static_cast<int>(std::floor(std::log2(radius / smallest_ + 1e-9))));
+  }
+  static std::uint64_t key(int l, int i, int j, int k) {
+    const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 17)) & 0x3ffff; };
+    return (static_cast<std::uint64_t>(l) << 54) | (part(i) << 36) | (part(j) << 18) | part(k);
+  }
+  double smallest_;
+  std::unordered_map<std::uint64_t, std::vector<Disk>> cells_;
+};
+
+/// Candidates inside the shape with density ~ h^-3, in a random order.
+Points draw_pool(const Solid& solid, const std::vector<InteriorCell>& cells, const SizeField& size,
+                 std::uint64_t seed, std::vector<Site>& sites, const Progress& progress) {
+  std::vector<std::vector<Site>> drawn(cells.size());
+  parallel_for(cells.size(), 8, [&](std::size_t c) {
+    progress.check();
+    const InteriorCell& cell = cells[c];
+    Random random(seed, 0x20000000ull + c);
+    // A whole cell can be many h wide: draw at its finest density, thin to the local one.
+    const double corner = std::max(size.low(), size.at(cell.centre) - 0.6 * cell.half);
+    const double densest = std::pow(corner, -3);
+    const double expected = pool_per_node * std::pow(2 * cell.half, 3) * densest;
+    const int count = static_cast<int>(std::floor(expected + random.uniform()));
+    for (int k = 0; k < count; ++k) {
+      const Vec3 u(random.uniform(), random.uniform(), random.uniform());
+      const Vec3 x = cell.centre + cell.half * (2 * u - Vec3::Ones());
+      if (random.uniform() * densest > std::pow(size.at(x), -3)) continue;
+      Site site;
+      site.x = x;
+      if (!cell.whole) {
+        site = solid.site(x);
+        if (!solid.inside(site)) continue;
+      }
+      drawn[c].push_back(site);
+    }
+  });
+  std::vector<Site> all;
+  for (auto& d : drawn) all.insert(all.end(), d.begin(), d.end());
+  std::vector<std::pair<std::uint64_t, std::size_t>> order(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Random random(seed, 0x40000000ull + i);
+    order[i] = {(std::uint64_t{random.bits()} << 32) | random.bits(), i};
+  }
+  std::sort(order.begin(), order.end());
+  sites.resize(all.size());
+  Points X(static_cast<Eigen::Index>(all.size()), 3);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    sites[i] = all[order[i].second];
+    X.row(static_cast<Eigen::Index>(i)) = sites[i].x.transpose();
+  }
+  return X;
+}
+
+/// Integral of h^-3 over the shape: the number of nodes that the size field asks for.
+double wanted_nodes(const std::vector<InteriorCell>& cells, const SizeField& size) {
+  return parallel_reduce(
+      cells.size(), 64, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t c = begin; c < end; ++c) {
+          const double volume = std::pow(2 * cells[c].half, 3) * cells[c].share;
+          double density = 0;  // midpoints of the eight octants
+          for (int k = 0; k < 8; ++k)
+            density += std::pow(size.at(cells[c].centre + 0.5 * cells[c].half *
+                                                              Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1,
+                                                                   k & 4 ? 1 : -1)),
+                                -3) /
+                       8;
+          sum += volume * density;
+        }
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
+}
+
+/// Every point of a handle along which samples run, with the length of its bone.
+template <class Visit>
+void walk_handles(const std::vector<Handle>& handles, const Visit& visit) {
+  for (std::size_t h = 0; h < handles.size(); ++h) {
+    if (handles[h].kind == Handle::Kind::bone)
+      for (const auto& [a, b] : handles[h].segments) visit(static_cast<int>(h), a, b);
+    else if (handles[h].kind == Handle::Kind::point)
+      visit(static_cast<int>(h), handles[h].point, handles[h].point);
+  }
+}
+
+SizeField size_field(const Solid& solid, const std::vector<Handle>& handles, double h,
+                     bool adaptive) {
+  if (!adaptive) return SizeField(h);
+  std::vector<Vec3> centres;
+  std::vector<double> base;
+  walk_handles(handles, [&](int, const Vec3& a, const Vec3& b) {
+    const double length = (b - a).norm();
+    constexpr int samples = 9;
+    for (int k = 0; k < samples; ++k) {
+      const Vec3 x = a + (b - a) * (static_cast<double>(k) / (samples - 1));
+      const Site site = solid.site(x);
+      if (!solid.inside(site)) continue;
+      double local = length > 0 ? 0.3 * length : h;
+      // Four nodes across a limb, and more where a bone runs close under the surface.
+      if (!solid.has_dirty() && site.clearance > 0)
+        local = std::min(local, std::max(0.5 * site.clearance, 0.05 * length));
+      centres.push_back(x);
+      base.push_back(local);
+      if (length == 0) break;
+    }
+  });
+  if (centres.empty()) return SizeField(h);
+  Points Y(static_cast<Eigen::Index>(centres.size()), 3);
+  for (std::size_t i = 0; i < centres.size(); ++i)
+    Y.row(static_cast<Eigen::Index>(i)) = centres[i].transpose();
+  return {std::move(Y), Eigen::Map<Vector>(base.data(), static_cast<Eigen::Index>(base.size())),
+          0.3};
+}
+
+/// Distinct positions and what is prescribed there. Positions within 1e-6 of the box diagonal are
+/// the same (design.md 4).
+class FixedNodeList {
+ public:
+  /// Adds a handle's point; false if the position was there already (then the handle shares it).
+  bool add(const Vec3& x, int handle) {
+    if (Entry* known = find(x)) {
+      if (known->painted.size() == 0 && known->handles.back() != handle)
+        known->handles.push_back(handle);
+      return false;
+    }
+    insert({x, {handle}, {}});
+    return true;
+  }
+  /// Paint wins over handles.
+  void paint(const Vec3& x, const Vector& weights) {
+    if (Entry* known = find(x))
+      known->painted = weights;
+    else
+      insert({x, {}, weights});
+  }
+  bool knows(const Vec3& x) { return find(x) != nullptr; }
+
+  FixedNodes nodes(Eigen::Index columns) const {
+    FixedNodes result;
+    const auto n = static_cast<Eigen::Index>(entries_.size());
+    result.X.resize(n, 3);
+    result.weights = RowMatrix::Zero(n, columns);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Entry& e = entries_[static_cast<std::size_t>(i)];
+      result.X.row(i) = e.x.transpose();
+      if (e.painted.size() > 0)
+        result.weights.row(i) = e.painted.transpose();
+      else
+        for (int h : e.handles) result.weights(i, h) = 1.0 / static_cast<double>(e.handles.size());
+    }
+    return result;
+  }
+
+ private:
+  struct Entry {
+    Vec3 x;
+    std::vector<int> handles;
+    Vector painted;
+  };
+  static constexpr double tolerance = 1e-6 * 1.7320508;
+  static std::uint64_t key(const Vec3& x, int neighbour) {
+    const int d[3] = {neighbour % 3 - 1, neighbour / 3 % 3 - 1, neighbour / 9 - 1};
+    std::uint64_t k = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      k = k << 21 | (static_cast<std::uint64_t>(
+                         static_cast<std::int64_t>(std::floor(x[axis] / (4 * tolerance))) + d[axis] +
+                         (1 << 20)) &
+                     0x1fffff);
+    return k;
+  }
+  Entry* find(const Vec3& x) {
+    for (int d = 0; d < 27; ++d) {
+      const auto cell = cells_.find(key(x, d));
+      if (cell == cells_.end()) continue;
+      for (std::size_t i : cell->second)
+        if ((entries_[i].x - x).norm() <= tolerance) return &entries_[i];
+    }
+    return nullptr;
+  }
+  void insert(Entry entry) {
+    cells_[key(entry.x, 13)].push_back(entries_.size());
+    entries_.push_back(std::move(entry));
+  }
+  std::vector<Entry> entries_;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> cells_;
+};
+
+FixedNodes fixed_nodes(const Solid& solid, const std::vector<Handle>& handles,
+                       const PaintedPoints& paint, const SizeField& size, double spacing) {
+  FixedNodeList list;
+  const auto add = [&](int handle, const Vec3& x) {
+    if (list.knows(x) || solid.inside(x)) list.add(x, handle);
+  };
+  walk_handles(handles, [&](int handle, const Vec3& a, const Vec3& b) {
+    add(handle, a);
+    const double length = (b - a).norm();
+    if (length == 0) return;
+    // Steps follow the local size: equal parts of the integral of 1 / h along the bone.
+    constexpr int fine = 64;
+    double sum[fine + 1] = {0};
+    for (int k = 0; k < fine; ++k)
+      sum[k + 1] = sum[k] + length / fine / size.at(a + (b - a) * ((k + 0.5) / fine));
+    const int steps = std::clamp(static_cast<int>(std::ceil(sum[fine] / spacing)), 2, 400);
+    int k = 0;
+    for (int s = 1; s < steps; ++s) {
+      const double target = sum[fine] * s / steps;
+      while (k < fine - 1 && sum[k + 1] < target) ++k;
+      add(handle, a + (b - a) * ((k + (target - sum[k]) / (sum[k + 1] - sum[k])) / fine));
+    }
+    add(handle, b);
+  });
+  // Painted points sit just inside, where the surface can see them.
+  constexpr double step = 1e-4;
+  for (Eigen::Index i = 0; i < paint.X.rows(); ++i) {
+    Vec3 x = paint.X.row(i).transpose();
+    if (paint.N.rows() > 0)
+      for (double s : {-step, step})
+        if (solid.inside(Vec3(x + s * paint.N.row(i).transpose()))) {
+          x += s * paint.N.row(i).transpose();
+          break;
+        }
+    list.paint(x, paint.weights.row(i).transpose());
+  }
+  const Eigen::Index columns =
+      handles.empty() ? paint.weights.cols() : static_cast<Eigen::Index>(handles.size());
+  return list.nodes(columns);
+}
+
+/// Moves inner nodes to the centroids of their shares of the pool (Lloyd), where they stay inside
+/// and in view of where they were.
+void lloyd(const Solid& solid, const Points& pool, Points& X, std::vector<Site>& sites,
+           Eigen::Index first, const Progress& progress) {
+  const KdTree tree(X);
+  std::vector<int> owner(static_cast<std::size_t>(pool.rows()));
+  parallel_for(owner.size(), 256, [&](std::size_t i) {
+    std::vector<Neighbour> found;
+    tree.nearest(pool.row(static_cast<Eigen::Index>(i)).transpose(), 1, found);
+    owner[i] = found.front().index;
+  });
+  Points sum = Points::Zero(X.rows(), 3);
+  Vector count = Vector::Zero(X.rows());
+  for (std::size_t i = 0; i < owner.size(); ++i) {
+    sum.row(owner[i]) += pool.row(static_cast<Eigen::Index>(i));
+    count[owner[i]] += 1;
+  }
+  parallel_for(static_cast<std::size_t>(X.rows() - first), 32, [&](std::size_t k) {
+    progress.check();
+    const Eigen::Index i = first + static_cast<Eigen::Index>(k);
+    if (count[i] < 2) return;
+    const Vec3 to = (sum.row(i) / count[i]).transpose();
+    const Site old = sites[static_cast<std::size_t>(i)];
+    Site moved;
+    if (!solid.has_dirty() && (to - old.x).norm() < old.clearance) {
+      // Nothing blocks within the clearance: the winding number stays, the new clearance is at
+      // least the rest, which is what it is used for.
+      moved = old;
+      moved.x = to;
+      moved.clearance = old.clearance - (to - old.x).norm();
+    } else {
+      moved = solid.site(to);
+      if (!solid.inside(moved) || solid.blocked(old, moved)) return;
+    }
+    sites[static_cast<std::size_t>(i)] = moved;
+    X.row(i) = to.transpose();
+  });
+}
+
+}  // namespace
+
+double SizeField::shape(const Vec3& x) const {
+  double least = 1e300;
+  for (Eigen::Index i = 0; i < centres_.rows(); ++i) {
+    const double dx = x[0] - centres_(i, 0), dy = x[1] - centres_(i, 1), dz = x[2] - centres_(i, 2);
+    const double far = slope_ * slope_ * (dx * dx + dy * dy + dz * dz);
+    least = std::min(least, std::max(base_[i] * base_[i], far));
+  }
+  return std::sqrt(least);
+}
+
+double SizeField::at(const Vec3& x) const {
+  if (low_ >= high_) return low_;
+  return std::clamp(c_ * shape(x), low_, high_);
+}
+
+Points probe_handles(const std::vector<Handle>& handles, double spacing) {
+  std::vector<Vec3> all;
+  walk_handles(handles, [&](int, const Vec3& a, const Vec3& b) {
+    const double length = (b - a).norm();
+    if (length == 0) return all.push_back(a);
+    const int steps = std::clamp(static_cast<int>(std::ceil(length / spacing)), 4, 24);
+    for (int s = 0; s <= steps; ++s) all.push_back(a + (b - a) * (static_cast<double>(s) / steps));
+  });
+  Points X(static_cast<Eigen::Index>(all.size()), 3);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    X.row(static_cast<Eigen::Index>(i)) = all[i].transpose();
+  return X;
+}
+
+SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles,
+                          const PaintedPoints& paint, const PointDomainOptions& options,
+                          PointDomainFacts& facts, const Progress& progress) {
+  using Clock = std::chrono::steady_clock;
+  auto start = Clock::now();
+  const auto lap = [&](const char* stage) {
+    const auto now = Clock::now();
+    facts.seconds[stage] += std::chrono::duration<double>(now - start).count();
+    start = now;
+  };
+  const auto cells = interior_cells(solid, cell_depth, cell_tests, options.seed, progress);
+  SampledNodes result;
+  for (const InteriorCell& c : cells) result.volume += std::pow(2 * c.half, 3) * c.share;
+  if (!(result.volume > 0))
+    throw DomainError("the shape encloses no volume", {}, "use the surface as domain");
+  lap("cells_inside");
+
+  const double mean = std::cbrt(result.volume / options.nodes);
+  SizeField size = size_field(solid, handles, mean, options.adaptive);
+  if (options.adaptive) {
+    const double low = 0.3 * mean, high = 2 * mean;
+    double small = 1e-3, large = 1e3;
+    for (int i = 0; i < 30; ++i) {
+      const double c = std::sqrt(small * large);
+      size.scale(c, low, high);
+      (wanted_nodes(cells, size) > options.nodes ? small : large) = c;
+    }
+  }
+  lap("size_field");
+  result.fixed = fixed_nodes(solid, handles, paint, size, options.handle_spacing);
+  if (result.fixed.X.rows() == 0)
+    throw DomainError("no handle has a part inside the shape", {}, "use the surface as domain");
+  std::vector<Site> pool_sites;
+  const Points pool = draw_pool(solid, cells, size, options.seed, pool_sites, progress);
+  lap("candidates");
+
+  DiskGrid grid(disk * size.low());
+  for (Eigen::Index i = 0; i < result.fixed.X.rows(); ++i) {
+    const Vec3 x = result.fixed.X.row(i).transpose();
+    grid.add(x, disk * size.at(x), true);
+  }
+  std::vector<int> kept;
+  for (Eigen::Index i = 0; i < pool.rows(); ++i) {
+    if ((i & 1023) == 0) progress.check();
+    const Vec3 x = pool.row(i).transpose();
+    const double radius = disk * size.at(x);
+    if (grid.conflicts(x, radius, disk_at_handle)) continue;
+    grid.add(x, radius, false);
+    kept.push_back(static_cast<int>(i));
+  }
+  const Eigen::Index first = result.fixed.X.rows();
+  result.X.resize(first + static_cast<Eigen::Index>(kept.size()), 3);
+  result.X.topRows(first) = result.fixed.X;
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    result.X.row(first + static_cast<Eigen::Index>(k)) = pool.row(kept[k]);
+  lap("darts");
+
+  result.sites = solid.sites(result.X);
+  for (int step = 0; step < options.lloyd_steps; ++step)
+    lloyd(solid, pool, result.X, result.sites, first, progress);
+  lap("lloyd");
+  result.spacing.resize(result.X.rows());
+  parallel_for(static_cast<std::size_t>(result.X.rows()), 64, [&](std::size_t i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    result.spacing[row] = size.at(result.X.row(row).transpose());
+  });
+  facts.volume = result.volume;
+  facts.handle_nodes = static_cast<int>(first);
+  return result;
+}
+
+}  // namespace skinfield

@@ -1,0 +1,53 @@
+// Nodes of the point domain: samples on the handles, Poisson-disk points inside, Lloyd steps.
+#pragma once
+
+#include "skinfield/domain/point_domain.h"
+
+#include <vector>
+
+namespace skinfield {
+
+/// Nodes with prescribed weights: points on the handles, inside the shape (those that k handles
+/// share have 1/k of each), and painted points.
+struct FixedNodes {
+  Points X;           ///< (k,3) distinct positions
+  RowMatrix weights;  ///< (k,m)
+};
+
+/// Dense samples of handles regardless of the shape, for finding out where inside is: both ends
+/// of every segment and at least `per_segment` points.
+Points probe_handles(const std::vector<Handle>& handles, double spacing);
+
+/// Target distance between nodes, h(x) = clamp(c * min_i max(base_i, slope |x - y_i|)).
+class SizeField {
+ public:
+  /// Constant h.
+  explicit SizeField(double h) : low_(h), high_(h) {}
+  SizeField(Points centres, Vector base, double slope)
+      : centres_(std::move(centres)), base_(std::move(base)), slope_(slope) {}
+  void scale(double c, double low, double high) { c_ = c, low_ = low, high_ = high; }
+  double at(const Vec3& x) const;
+  double low() const { return low_; }
+  double high() const { return high_; }
+
+ private:
+  double shape(const Vec3& x) const;
+  Points centres_;
+  Vector base_;
+  double slope_ = 0.3, c_ = 1, low_ = 0, high_ = 1e300;
+};
+
+struct SampledNodes {
+  Points X;                      ///< fixed nodes first
+  std::vector<Site> sites;
+  FixedNodes fixed;
+  Vector spacing;                ///< (N) local h
+  double volume = 0;
+};
+
+/// @throws DomainError if the shape has no volume or no handle a part inside.
+SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles,
+                          const PaintedPoints& paint, const PointDomainOptions& options,
+                          PointDomainFacts& facts, const Progress& progress);
+
+}  // namespace skinfield

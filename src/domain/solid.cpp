@@ -1,0 +1,288 @@
+#include "skinfield/domain/solid.h"
+
+#include "domain/smoothed_winding.h"
+#include "domain/solid_parts.h"
+#include "skinfield/base/parallel.h"
+#include "skinfield/geometry/closest_point.h"
+#include "skinfield/geometry/normals.h"
+#include "skinfield/geometry/ray_scene.h"
+#include "skinfield/geometry/winding_number.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace skinfield {
+namespace {
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+double median(Vector values) {
+  if (values.size() == 0) return 0;
+  auto* middle = values.data() + values.size() / 2;
+  std::nth_element(values.data(), middle, values.data() + values.size());
+  return *middle;
+}
+
+Triangles select(const Triangles& F, const std::vector<int>& rows) {
+  Triangles G(static_cast<Eigen::Index>(rows.size()), 3);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    G.row(static_cast<Eigen::Index>(i)) = F.row(rows[i]);
+  return G;
+}
+
+}  // namespace
+
+struct Solid::Impl {
+  Points V, N;
+  Triangles F;                      // clean and dirty faces, without passengers
+  std::vector<PartKind> kind;       // of each vertex
+  Triangles clean_F;
+  std::vector<int> self_winding;    // k_f of clean faces
+  std::optional<RayScene> scene;    // clean faces
+  std::optional<WindingNumber> clean;
+  std::optional<ClosestPointQuery> closest;
+  std::optional<WindingNumber> dirty;
+  std::optional<SmoothedWinding> smoothed;
+  Facts facts;
+
+  bool crossing_blocks(double running, double excess, const RayHit& hit, const Vec3& x) const {
+    // o = winding number on the outer side of the face that is crossed (findings E 3).
+    const double o = hit.sign < 0 ? running - 1 : running;
+    const double k = self_winding[static_cast<std::size_t>(hit.face)];
+    double level = facts.level, extra = 0;
+    if (smoothed) {
+      level = smoothed->level(x);
+      extra = smoothed->at(x);
+    }
+    return o + excess - k + extra < 0.5 * level;
+  }
+
+  /// Smallest t in [0,1] at which the way from a to b is blocked; unlimited if it is not.
+  /// `known_end`: b's winding number tells how far the crossings miscount.
+  double blocked_at(const Site& a, const Vec3& b, const double* end_winding,
+                    std::vector<RayHit>& hits) const {
+    hits.clear();
+    const double length = (b - a.x).norm();
+    if (scene && length > a.clearance) scene->all_hits(a.x, b, hits);
+    double excess = 0;
+    if (end_winding) {
+      double sum = 0;
+      for (const RayHit& hit : hits) sum += hit.sign;
+      excess = std::min(0.0, *end_winding - a.winding - sum);
+    }
+    double running = a.winding;
+    std::size_t next = 0;
+    const auto cross_until = [&](double t_end) {
+      for (; next < hits.size() && hits[next].t <= t_end; ++next) {
+        if (crossing_blocks(running, excess, hits[next], a.x + hits[next].t * (b - a.x)))
+          return hits[next].t;
+        running += hits[next].sign;
+      }
+      return unlimited;
+    };
+    if (smoothed) {
+      const int steps = std::max(1, static_cast<int>(std::ceil(length / smoothed->epsilon())));
+      for (int s = 1; s <= steps; ++s) {
+        const double t = static_cast<double>(s) / steps;
+        const double crossed = cross_until(t);
+        if (crossed < unlimited) return crossed;
+        const Vec3 x = a.x + t * (b - a.x);
+        if (running + excess + smoothed->at(x) < 0.5 * smoothed->level(x))
+          return (s - 0.5) / steps;
+      }
+      return unlimited;
+    }
+    return cross_until(1);
+  }
+
+  bool blocked(const Site& a, const Site& b, std::vector<RayHit>& hits) const {
+    if (!smoothed) {
+      const double length = (b.x - a.x).norm();
+      if (!scene || length <= std::max(a.clearance, b.clearance)) return false;
+      if (!scene->occluded(a.x, b.x)) return false;
+    }
+    return blocked_at(a, b.x, &b.winding, hits) < unlimited;
+  }
+};
+
+Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions& options,
+             const Progress& progress)
+    : impl_(std::make_unique<Impl>()) {
+  Impl& s = *impl_;
+  s.V = mesh.V;
+  s.kind.assign(static_cast<std::size_t>(mesh.V.rows()), PartKind::dirty);
+  const Eigen::Index samples = handle_samples.rows();
+  s.facts.handle_samples = static_cast<int>(samples);
+
+  Points sources;
+  double edge = 0;
+  if (mesh.is_point_cloud()) {
+    s.N = mesh.N;
+    const Vector area = point_areas(mesh.V, mesh.N);
+    s.dirty.emplace(mesh.V, mesh.N, area, WindingNumberOptions{options.accuracy});
+    sources = mesh.V;
+    edge = std::sqrt(median(area));
+    s.facts.components = s.facts.dirty = 1;
+  } else {
+    CleanedFaces cleaned = drop_degenerate_and_duplicate(mesh.V, mesh.F);
+    s.facts.duplicate_faces = cleaned.duplicate;
+    OrientationRepair repaired = repair_orientation(mesh.V, cleaned.F, handle_samples);
+    PartsOfSolid parts =
+        classify_parts(mesh.V, repaired.F, handle_samples, options.accuracy, progress);
+    s.facts.flipped_faces = repaired.flipped + parts.turned;
+    s.facts.components = static_cast<int>(parts.kind.size());
+    for (PartKind k : parts.kind) {
+      s.facts.clean += k == PartKind::clean;
+      s.facts.dirty += k == PartKind::dirty;
+      s.facts.passengers += k == PartKind::passenger;
+    }
+    std::vector<int> clean_rows, dirty_rows, solid_rows;
+    for (int f = 0; f < parts.F.rows(); ++f) {
+      const PartKind k = parts.kind[static_cast<std::size_t>(
+          parts.component_of_face[static_cast<std::size_t>(f)])];
+      for (int c = 0; c < 3; ++c) s.kind[static_cast<std::size_t>(parts.F(f, c))] = k;
+      if (k == PartKind::passenger) continue;
+      solid_rows.push_back(f);
+      if (k == PartKind::clean) {
+        clean_rows.push_back(f);
+        s.self_winding.push_back(parts.self_winding[static_cast<std::size_t>(f)]);
+      } else {
+        dirty_rows.push_back(f);
+      }
+    }
+    s.N = vertex_normals(mesh.V, parts.F);
+    s.F = select(parts.F, solid_rows);
+    if (!clean_rows.empty()) {
+      s.clean_F = select(parts.F, clean_rows);
+      s.scene.emplace(mesh.V, s.clean_F);
+      s.clean.emplace(mesh.V, s.clean_F, WindingNumberOptions{options.accuracy});
+      s.closest.emplace(mesh.V, s.clean_F);
+    }
+    if (!dirty_rows.empty()) {
+      const Triangles G = select(parts.F, dirty_rows);
+      s.dirty.emplace(mesh.V, G, WindingNumberOptions{options.accuracy});
+      sources.resize(G.rows(), 3);
+      Vector edges(3 * G.rows());
+      for (Eigen::Index f = 0; f < G.rows(); ++f) {
+        sources.row(f) = (mesh.V.row(G(f, 0)) + mesh.V.row(G(f, 1)) + mesh.V.row(G(f, 2))) / 3;
+        for (int c = 0; c < 3; ++c)
+          edges[3 * f + c] = (mesh.V.row(G(f, c)) - mesh.V.row(G(f, (c + 1) % 3))).norm();
+      }
+      edge = median(edges);
+    }
+  }
+
+  Vector w = s.clean ? s.clean->at(handle_samples) : Vector::Zero(samples);
+  if (s.dirty) {
+    s.smoothed.emplace(*s.dirty, sources, edge, handle_samples, w, options.spacing, progress);
+    s.facts.epsilon = s.smoothed->epsilon();
+    w = s.smoothed->at_samples();
+  }
+  // The level is the median over the samples that are inside at all.
+  std::vector<double> within;
+  for (double threshold : {0.5, 0.15}) {
+    for (Eigen::Index i = 0; i < samples; ++i)
+      if (w[i] >= threshold) within.push_back(w[i]);
+    if (!within.empty()) break;
+  }
+  if (!within.empty()) {
+    std::nth_element(within.begin(), within.begin() + static_cast<std::ptrdiff_t>(within.size() / 2),
+                     within.end());
+    s.facts.level = std::min(1.0, within[within.size() / 2]);
+  }
+  for (Eigen::Index i = 0; i < samples; ++i)
+    s.facts.handle_samples_inside += w[i] >= 0.5 * s.facts.level;
+}
+
+Solid::~Solid() = default;
+Solid::Solid(Solid&&) noexcept = default;
+Solid& Solid::operator=(Solid&&) noexcept = default;
+
+Site Solid::site(const Vec3& x) const {
+  Site site;
+  site.x = x;
+  if (impl_->clean) site.winding = impl_->clean->at(x);
+  if (impl_->closest) site.clearance = impl_->closest->at(x).distance;
+  return site;
+}
+
+std::vector<Site> Solid::sites(const Points& X) const {
+  std::vector<Site> all(static_cast<std::size_t>(X.rows()));
+  parallel_for(all.size(), 64, [&](std::size_t i) {
+    all[i] = site(X.row(static_cast<Eigen::Index>(i)).transpose());
+  });
+  return all;
+}
+
+bool Solid::inside(const Site& a) const {
+  if (!impl_->smoothed) return a.winding >= 0.5 * impl_->facts.level;
+  return a.winding + impl_->smoothed->at(a.x) >= 0.5 * impl_->smoothed->level(a.x);
+}
+
+bool Solid::blocked(const Site& a, const Site& b) const {
+  std::vector<RayHit> hits;
+  return impl_->blocked(a, b, hits);
+}
+
+void Solid::blocked(const Site& a, std::span<const Site> b,
+                    std::span<unsigned char> blocked) const {
+  std::vector<RayHit> hits;
+  for (std::size_t i = 0; i < b.size(); ++i) blocked[i] = impl_->blocked(a, b[i], hits);
+}
+
+void Solid::reach(const Site& a, std::span<const Vec3> directions, std::span<double> t,
+                  std::span<unsigned char> hit) const {
+  const Impl& s = *impl_;
+  std::vector<RayHit> hits;
+  std::fill(hit.begin(), hit.end(), 0);
+  if (s.smoothed) {
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      const double where = s.blocked_at(a, a.x + t[i] * directions[i], nullptr, hits);
+      if (where < unlimited) {
+        t[i] *= where;
+        hit[i] = 1;
+      }
+    }
+    return;
+  }
+  if (!s.scene) return;
+  std::vector<Vec3> far;
+  std::vector<double> limit;
+  std::vector<std::size_t> ray;
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    if (t[i] > a.clearance) {
+      far.push_back(directions[i]);
+      limit.push_back(t[i]);
+      ray.push_back(i);
+    }
+  std::vector<RayHit> first(far.size());
+  s.scene->first_hits(a.x, far, limit, first);
+  for (std::size_t k = 0; k < far.size(); ++k) {
+    if (!first[k]) continue;
+    const std::size_t i = ray[k];
+    if (s.crossing_blocks(a.winding, 0, first[k], a.x)) {
+      t[i] = first[k].t;
+      hit[i] = 1;
+      continue;
+    }
+    const double where = s.blocked_at(a, a.x + t[i] * directions[i], nullptr, hits);
+    if (where < unlimited) {
+      t[i] *= where;
+      hit[i] = 1;
+    }
+  }
+}
+
+Solid::PartKind Solid::kind_of_vertex(int vertex) const {
+  return impl_->kind[static_cast<std::size_t>(vertex)];
+}
+bool Solid::has_clean() const { return impl_->clean.has_value(); }
+bool Solid::has_dirty() const { return impl_->dirty.has_value(); }
+const Triangles& Solid::faces() const { return impl_->F; }
+const Points& Solid::vertices() const { return impl_->V; }
+const Points& Solid::normals() const { return impl_->N; }
+const Solid::Facts& Solid::facts() const { return impl_->facts; }
+
+}  // namespace skinfield
