@@ -2,6 +2,7 @@
 
 #include "io/text.h"
 #include "skinfield/io/file.h"
+#include "skinfield/io/gltf.h"
 #include "skinfield/io/gmsh.h"
 #include "skinfield/io/medit.h"
 #include "skinfield/io/obj.h"
@@ -9,16 +10,6 @@
 #include "skinfield/io/ply.h"
 #include "skinfield/io/stl.h"
 #include "skinfield/io/tgf.h"
-
-#if __has_include("skinfield/io/gltf.h")
-#include "skinfield/io/gltf.h"
-#else
-namespace skinfield {
-static Asset read_gltf(const std::filesystem::path& path) {
-  throw InputError("glTF is not read by this build", path.string());
-}
-}  // namespace skinfield
-#endif
 
 namespace skinfield {
 namespace fs = std::filesystem;
@@ -175,20 +166,7 @@ Skeleton read_skeleton(const fs::path& path, const ReadOptions& options) {
     transform_skeleton(skeleton, options);
     return skeleton;
   }
-  if (format == FileFormat::gltf) {
-    Asset asset = read_gltf(path);
-    Skeleton* found = nullptr;
-    for (Character& character : asset.characters) {
-      if (character.skeleton.joints.empty()) continue;
-      if (found) {
-        throw InputError("holds more than one skeleton", name, "keep only the one to use");
-      }
-      found = &character.skeleton;
-    }
-    if (!found)
-      throw InputError("has no skin, so no joints", name, "give a .tgf or a skinned glTF");
-    return std::move(*found);
-  }
+  if (format == FileFormat::gltf) return read_gltf_skeleton(path);
   throw InputError("is no skeleton", name, "skeletons are read from .tgf, .glb and .gltf");
 }
 
