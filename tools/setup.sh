@@ -82,15 +82,10 @@ case " $* " in
     if [ ! -f node_modules/.package-lock.json ] ||
       [ package-lock.json -nt node_modules/.package-lock.json ]; then
       echo "setup: installing the glTF validator with npm into node_modules/"
-      for try in 1 2 3; do
-        npm ci --no-audit --no-fund --loglevel=error && break
-        [ "$try" -lt 3 ] || {
-          # The build and every other test do without it; tests that need it say so and skip.
-          echo "setup: npm could not install the glTF validator: its checks will be skipped" >&2
-          break
-        }
-        sleep $((5 * try))
-      done
+      # npm tries again by itself. The build and every other test do without the validator; tests
+      # that need it say so and skip.
+      npm ci --no-audit --no-fund --loglevel=error ||
+        echo "setup: npm could not install the glTF validator: its checks will be skipped" >&2
     fi
     ;;
 esac
