@@ -147,7 +147,7 @@ def bind_case(case, options):
         compared = run([options.program, "compare", output, path, "--json"])
         try:
             distances = json.loads(compared["out"])
-            row.update(tv=at(distances, "tv"), motion=at(distances, "motion_rms"))
+            row.update(tv=at(distances, "tv_mean"), motion=at(distances, "motion_rms"))
         except ValueError:
             row["compare_failure"] = last_line(compared["err"])
         validator = ROOT / "tools" / "gltf_validate.js"
