@@ -35,7 +35,7 @@ test:
 	@tools/test.sh release -j $(JOBS)
 
 bench:
-	@tools/setup.sh build
+	@tools/setup.sh build python
 	@tools/build.sh release -j $(JOBS)
 	@tools/bench.sh build/release
 
