@@ -15,10 +15,13 @@ Points estimate_point_normals(const Points& P, const Points& inside, int neighbo
 Vector point_areas(const Points& P, const Points& N, int neighbours = 16);
 
 /// Makes the orientation of neighbouring faces agree where it can be made to (breadth first over
-/// manifold edges after welding), then turns each patch so that the winding number at the
-/// `inside` points (k,3) is as near to >= 1 as possible; a soup of single faces is turned face by
-/// face (each outward as seen by the inside points, weighted by solid angle and visibility).
-/// Returns the faces, and how many were turned. Consistent closed meshes come back unchanged.
+/// manifold edges after welding, each such patch keeping the orientation of most of its area).
+/// Then turns patches so that as many `inside` points (k,3) as can be have a winding number of at
+/// least 1/2. Patches too small to matter to it (a soup's single faces) are turned one by one, each
+/// outward as the nearest inside points see it (weighted by solid angle and visibility), but only
+/// where they largely disagree: a soup whose winding number at the inside points is at least 0.45
+/// of what turning would reach stays as it is. Consistent closed meshes come back unchanged; with
+/// no inside points only neighbours are made to agree.
 struct OrientationRepair {
   Triangles F;
   int flipped = 0;          ///< faces turned
