@@ -1,0 +1,87 @@
+#include "io/gltf_writing.h"
+#include "skinfield/io/file.h"
+#include "skinfield/io/gltf.h"
+
+namespace skinfield {
+namespace {
+
+using namespace gltf;
+namespace fs = std::filesystem;
+
+/// Puts the buffers' bytes where the container wants them; gives the binary chunk, if any.
+std::optional<std::string> settle_buffers(Extension& out, bool binary) {
+  std::optional<std::string> chunk;
+  for (std::size_t b = 0; b < out.buffers.size(); ++b) {
+    if (!out.buffers[b]) continue;
+    Json& buffer = out.json["buffers"][b];
+    if (binary && b == 0) {
+      buffer.erase("uri");
+      chunk = std::move(*out.buffers[b]);
+      continue;
+    }
+    std::string prefix = "data:application/octet-stream;base64,";
+    if (buffer.contains("uri") && buffer["uri"].is_string()) {
+      const std::string old = buffer["uri"].get<std::string>();
+      if (old.starts_with("data:")) prefix = old.substr(0, old.find(',') + 1);
+    }
+    buffer["uri"] = prefix + encode_base64(*out.buffers[b]);
+  }
+  return chunk;
+}
+
+/// Image files stay where they are, so their links follow the document to another folder.
+void relink_images(Json& json, const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  if (from.empty() || to.empty() || fs::equivalent(from, to, error) || !json.contains("images")) {
+    return;
+  }
+  for (Json& image : json["images"]) {
+    if (!image.is_object() || !image.contains("uri") || !image["uri"].is_string()) continue;
+    const std::string uri = image["uri"].get<std::string>();
+    if (uri.starts_with("data:") || uri.find("://") != std::string::npos) continue;
+    const fs::path file = from / decode_uri(uri);
+    if (!fs::exists(file, error)) continue;
+    const fs::path link = fs::relative(file, to, error);
+    if (!error && !link.empty()) image["uri"] = encode_uri(link.generic_string());
+  }
+}
+
+}  // namespace
+
+std::string format_gltf(const Asset& source, std::span<const SkinWeights> weights, bool binary,
+                        const GltfWriteOptions& options, const fs::path& folder) {
+  if (weights.size() != source.characters.size()) {
+    throw InputError("weights for " + std::to_string(weights.size()) +
+                         " characters, the source has " + std::to_string(source.characters.size()),
+                     source.path);
+  }
+  const auto* document = dynamic_cast<const GltfDocument*>(source.document.get());
+  if (document && document->characters.size() != source.characters.size()) {
+    throw InputError("the asset does not have its document's characters", source.path);
+  }
+  try {
+    Extension out = document ? patched_document(source, *document, weights, options)
+                             : fresh_document(source, weights, options);
+    if (document) relink_images(out.json, document->folder, folder);
+    Container container;
+    container.binary = settle_buffers(out, binary);
+    container.json = out.json.dump(binary ? -1 : 2);
+    if (!binary) return container.json + "\n";
+    if (document) container.further = document->further_chunks;
+    return format_glb(container);
+  } catch (const Json::exception&) {
+    throw InputError("the glTF document is malformed", source.path, "export it again");
+  }
+}
+
+void write_gltf(const Asset& source, std::span<const SkinWeights> weights, const fs::path& path,
+                const GltfWriteOptions& options) {
+  const std::string extension = lower_extension(path);
+  if (extension != ".glb" && extension != ".gltf") {
+    throw InputError("glTF is written to .glb or .gltf", path.string(), "change the name");
+  }
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  write_file_atomically(path, format_gltf(source, weights, extension == ".glb", options, folder));
+}
+
+}  // namespace skinfield
