@@ -22,8 +22,10 @@ Vec3 heat_at(const SurfacePoint& p, const Vector& weight) {
   if (!std::isfinite(w)) return no_weight;
   const Vec3 base = heat_colour(w);
   const int level = std::clamp(static_cast<int>(std::lround(10 * w)), 1, 9);
-  const double width = level == 5 ? 1.3 : 0.65;  // half widths in pixels
-  const bool line = std::abs(w - 0.1 * level) < width * p.slope(weight);
+  const double slope = p.slope(weight), width = level == 5 ? 1.3 : 0.65;  // pixels, halved
+  // Lines nearer than three pixels would hide the colours; the middle one stays.
+  const bool line =
+      std::abs(w - 0.1 * level) < width * slope && (level == 5 || slope < 0.1 / 3);
   // Dark lines on the light half of the map, light ones on the dark half.
   return !line ? base : w > 0.45 ? Vec3(0.22 * base) : Vec3(0.45 * base + Vec3::Constant(0.33));
 }
@@ -65,17 +67,31 @@ struct Grid {
   int columns = 1, rows = 1, tile_width = 1, tile_height = 1, label_height = 1, gap = 1;
 };
 
-Grid layout(int tiles, const RenderOptions& options, const ContactSheetOptions& sheet) {
+/// Height over width of the shape as the camera sees it.
+double apparent_aspect(const Points& V, CameraOptions camera) {
+  camera.field_of_view = 0;
+  const Camera flat = fit_camera(V, 100, 100, camera);
+  Eigen::Array2d low = Eigen::Array2d::Constant(1e300), high = -low;
+  for (Eigen::Index v = 0; v < V.rows(); ++v) {
+    const Vec3 p = flat.project(V.row(v));
+    low = low.min(p.head<2>().array());
+    high = high.max(p.head<2>().array());
+  }
+  return std::clamp((high.y() - low.y()) / std::max(1e-9, high.x() - low.x()), 0.4, 2.0);
+}
+
+Grid layout(int tiles, double aspect, const RenderOptions& options,
+            const ContactSheetOptions& sheet) {
   Grid grid;
   grid.columns = sheet.columns > 0
                      ? sheet.columns
-                     : std::clamp(static_cast<int>(std::ceil(std::sqrt(1.4 * tiles))), 1, 12);
+                     : std::clamp(static_cast<int>(std::ceil(std::sqrt(1.4 * tiles * aspect))), 1, 12);
   grid.columns = std::min(grid.columns, std::max(tiles, 1));
   grid.rows = (tiles + grid.columns - 1) / grid.columns;
   grid.gap = std::max(2, options.width / 240);
   grid.label_height = glyph_height + grid.gap;
   grid.tile_width = (options.width - grid.gap * (grid.columns + 1)) / grid.columns;
-  grid.tile_height = static_cast<int>(std::lround(sheet.tile_aspect * grid.tile_width));
+  grid.tile_height = static_cast<int>(std::lround(aspect * grid.tile_width));
   if (grid.tile_width < 8 || grid.tile_height < 8) {
     throw InputError("the contact sheet is too small for " + std::to_string(tiles) + " tiles",
                      "render", "choose a larger width");
@@ -142,7 +158,9 @@ Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows
     throw InputError("there must be a name for every weight column", "contact sheet");
   }
   const int tiles = bones + 1;
-  const Grid grid = layout(tiles, options, sheet);
+  const double aspect =
+      sheet.tile_aspect > 0 ? sheet.tile_aspect : apparent_aspect(V, options.camera);
+  const Grid grid = layout(tiles, aspect, options, sheet);
   const int caption_height = options.caption.empty() ? 0 : 2 * (glyph_height + grid.gap);
 
   RenderOptions tile_options = options;

@@ -13,7 +13,7 @@ namespace {
 
 class Editor {
  public:
-  explicit Editor(const Mesh& mesh) : V_(mesh.V) {
+  Editor(const Mesh& mesh, const Vector& size) : V_(mesh.V), size_(size) {
     faces_.resize(static_cast<std::size_t>(mesh.F.rows()));
     around_.resize(static_cast<std::size_t>(mesh.V.rows()));
     for (std::size_t f = 0; f < faces_.size(); ++f) {
@@ -24,12 +24,13 @@ class Editor {
     }
   }
 
-  void collapse_short(double shortest, double longest) {
+  void collapse_short() {
     for (std::size_t f = 0; f < faces_.size(); ++f) {
       for (std::size_t c = 0; c < 3; ++c) {
         if (!alive(f)) break;
         const int a = faces_[f][c], b = faces_[f][(c + 1) % 3];
-        if (length(a, b) < shortest && collapse(a, b, longest)) break;
+        const double wanted = 0.5 * (size_[a] + size_[b]);
+        if (length(a, b) < 0.7 * wanted && collapse(a, b, 1.6 * wanted)) break;
       }
     }
   }
@@ -42,7 +43,7 @@ class Editor {
     }
   }
 
-  void write(Mesh& mesh) const {
+  void write(Mesh& mesh, Vector& size) const {
     std::vector<int> number(around_.size(), -1);
     Eigen::Index vertices = 0, faces = 0;
     for (std::size_t f = 0; f < faces_.size(); ++f) {
@@ -54,8 +55,11 @@ class Editor {
       if (!around_[v].empty()) number[v] = static_cast<int>(vertices++);
     }
     mesh.V.resize(vertices, 3);
+    size.resize(vertices);
     for (std::size_t v = 0; v < around_.size(); ++v) {
-      if (number[v] >= 0) mesh.V.row(number[v]) = V_.row(static_cast<Eigen::Index>(v));
+      if (number[v] < 0) continue;
+      mesh.V.row(number[v]) = V_.row(static_cast<Eigen::Index>(v));
+      size[number[v]] = size_[static_cast<Eigen::Index>(v)];
     }
     for (std::size_t f = 0; f < faces_.size(); ++f) {
       if (!alive(f)) continue;
@@ -133,6 +137,7 @@ class Editor {
     }
     around(b).clear();
     V_.row(a) = x.transpose();
+    size_[a] = 0.5 * (size_[a] + size_[b]);
     return true;
   }
 
@@ -171,17 +176,18 @@ class Editor {
   }
 
   Points V_;
+  Vector size_;
   std::vector<Face> faces_;
   std::vector<std::vector<int>> around_;
 };
 
 }  // namespace
 
-void even_out(Mesh& mesh, double short_edge, double long_edge) {
-  Editor editor(mesh);
-  editor.collapse_short(short_edge, long_edge);
+void even_out(Mesh& mesh, Vector& size) {
+  Editor editor(mesh, size);
+  editor.collapse_short();
   editor.flip_all();
-  editor.write(mesh);
+  editor.write(mesh, size);
 }
 
 }  // namespace skinfield::sample_detail

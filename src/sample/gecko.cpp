@@ -40,6 +40,7 @@ const std::array<SpineJoint, 13>& spine() {
 const Vec3 head_end(0, 0.095, 0.372), tail_end(-0.030, 0.022, -0.462);
 
 constexpr int toes = 4;
+constexpr int fewest_faces = 8000;  ///< fewer would lose the toes
 
 /// A left leg; the right one is its mirror image.
 struct Leg {
@@ -128,7 +129,7 @@ ImplicitShape make_shape() {
   for (std::size_t i = 0; i < 6; ++i) {
     const Vec3& from = spine()[7 + i].position;
     const Vec3& to = i < 5 ? spine()[8 + i].position : tail_end;
-    shape.capsule(from, radius[i], to, radius[i + 1], i == 0 ? 0.03 : 0.012);
+    shape.capsule(from, radius[i], to, radius[i + 1], i == 0 ? 0.03 : 0.004);
   }
   for (const Leg& leg : legs()) {
     for (const double side : {1.0, -1.0}) {
@@ -136,8 +137,8 @@ ImplicitShape make_shape() {
       const Vec3 shoulder = mirrored(leg.shoulder, side), elbow = mirrored(leg.elbow, side);
       const Vec3 wrist = mirrored(leg.wrist, side), palm = mirrored(leg.palm, side);
       shape.capsule(shoulder, 0.023 * r, elbow, 0.0165 * r, 0.024);
-      shape.capsule(elbow, 0.0165 * r, wrist, 0.0115 * r, 0.010);
-      shape.capsule(wrist, 0.0120 * r, palm, 0.0125 * r, 0.010);
+      shape.capsule(elbow, 0.0165 * r, wrist, 0.0115 * r, 0.004);
+      shape.capsule(wrist, 0.0118 * r, palm, 0.0125 * r, 0.005);
       shape.ellipsoid(palm, Vec3(0.019, 0.011, 0.019) * r, 0.010);
       for (int t = 0; t < toes; ++t) {
         const Toe toe = toe_of(leg, t, side);
@@ -156,8 +157,8 @@ ImplicitShape make_shape() {
 
 /// A wave-like pattern without a lattice's regularity, about -1..1.
 double mottle(const Vec3& x) {
-  const double a = std::sin(190 * x.z() + 2.1 * std::sin(95 * x.x() + 1.3));
-  const double b = std::sin(170 * x.x() + 2.3 * std::sin(83 * x.z() + 40 * x.y()));
+  const double a = std::sin(170 * x.z() + 1.7 * std::sin(120 * x.x() + 0.9));
+  const double b = std::sin(150 * x.x() + 1.9 * std::sin(97 * x.z() + 30 * x.y()) + 0.6);
   return 0.5 * (a + b);
 }
 
@@ -171,7 +172,7 @@ Vec3 skin_colour(const Vec3& x) {
   const Vec3 sand(0.80, 0.47, 0.10), brown(0.14, 0.06, 0.025), pale(0.86, 0.74, 0.52);
   const double on_tail = smooth_step(-0.10, -0.15, x.z());
   const double bands = smooth_step(-0.1, 0.35, std::sin(105 * x.z() + 0.8));
-  const double spots = smooth_step(0.30, 0.52, mottle(x));
+  const double spots = smooth_step(0.22, 0.55, mottle(x));
   const double reach = std::abs(x.x());
   const double trunk = 1 - smooth_step(0.10, 0.15, reach);
   const double dark = (1 - on_tail) * spots * (0.45 + 0.55 * trunk) + on_tail * 0.9 * bands;
@@ -247,8 +248,9 @@ SampleCharacter make_gecko(int resolution, const Progress& progress) {
   gecko.name = "gecko";
   gecko.skeleton = make_rig();
   // Faces times step squared, measured at 16,000 faces.
-  constexpr double faces_step_squared = 0.9;
-  gecko.mesh = polygonise(make_shape(), std::sqrt(faces_step_squared / resolution), progress);
+  constexpr double faces_step_squared = 0.888;
+  const double step = std::sqrt(faces_step_squared / std::max(resolution, fewest_faces));
+  gecko.mesh = polygonise(make_shape(), step, 0.012, 1.8, progress);
   gecko.colours.resize(gecko.mesh.V.rows(), 3);
   for (Eigen::Index v = 0; v < gecko.mesh.V.rows(); ++v) {
     gecko.colours.row(v) = skin_colour(gecko.mesh.V.row(v)).transpose();

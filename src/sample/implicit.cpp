@@ -67,6 +67,18 @@ double ImplicitShape::at(const Vec3& x, const std::vector<int>& which) const {
   return value;
 }
 
+double ImplicitShape::thickness(const Vec3& x, const std::vector<int>& which) const {
+  double nearest = std::numeric_limits<double>::max(), thickness = 0;
+  for (const int i : which) {
+    const Primitive& p = primitives_[static_cast<std::size_t>(i)];
+    const double distance = p.distance(x);
+    if (distance >= nearest) continue;
+    nearest = distance;
+    thickness = p.ellipsoid ? p.b.minCoeff() : std::min(p.radius_a, p.radius_b);
+  }
+  return thickness;
+}
+
 std::vector<int> ImplicitShape::near(const Vec3& x, double radius) const {
   double nearest = std::numeric_limits<double>::max(), blend = 0;
   for (const Primitive& p : primitives_) {

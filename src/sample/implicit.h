@@ -26,7 +26,9 @@ class ImplicitShape {
 
   Box3 box() const;
   double at(const Vec3& x) const;
-  /// The same, of the listed primitives only.
+  /// How thick the shape is near x: the radius of the nearest primitive.
+  double thickness(const Vec3& x, const std::vector<int>& which) const;
+  /// The same as at(x), of the listed primitives only.
   double at(const Vec3& x, const std::vector<int>& which) const;
   /// Primitives that matter within `radius` of x.
   std::vector<int> near(const Vec3& x, double radius) const;

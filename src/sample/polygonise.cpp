@@ -85,7 +85,10 @@ class Lattice {
     if (length > half_) move *= half_ / length;
     return x + move;
   }
-  double half() const { return half_; }
+  double thickness(const Vec3& x) const {
+    const Eigen::Vector3i n = ((x - origin_) / half_).cast<int>();
+    return shape_.thickness(x, lists_[block_of(n.x(), n.y(), n.z())]);
+  }
 
  private:
   std::size_t block_of(int x, int y, int z) const {
@@ -237,7 +240,8 @@ void relax(const Lattice& lattice, Mesh& mesh) {
 
 }  // namespace
 
-Mesh polygonise(const ImplicitShape& shape, double step, const Progress& progress) {
+Mesh polygonise(const ImplicitShape& shape, double step, double fine_radius, double coarsest,
+                const Progress& progress) {
   const Lattice lattice(shape, step);
   std::vector<std::vector<std::array<EdgeKey, 3>>> of_block(lattice.blocks());
   parallel_for(lattice.blocks(), 4, [&](std::size_t b) {
@@ -270,11 +274,18 @@ Mesh polygonise(const ImplicitShape& shape, double step, const Progress& progres
       mesh.F.row(f++) << vertex(face[0]), vertex(face[1]), vertex(face[2]);
     }
   }
-  constexpr int rounds = 4;
+  // Half a step is about the mean edge that marching leaves.
+  Vector size(mesh.V.rows());
+  parallel_for(edges.size(), 1024, [&](std::size_t i) {
+    const auto v = static_cast<Eigen::Index>(i);
+    const double thickness = lattice.thickness(mesh.V.row(v));
+    size[v] = 0.6 * step * std::clamp(thickness / fine_radius, 1.0, coarsest);
+  });
+  constexpr int rounds = 5;
   for (int round = 0; round < rounds; ++round) {
     progress.check();
     progress("polygonise", static_cast<double>(round) / rounds);
-    even_out(mesh, 0.42 * step, 1.1 * step);
+    even_out(mesh, size);
     for (int i = 0; i < 3; ++i) relax(lattice, mesh);
   }
   return mesh;

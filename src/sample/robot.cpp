@@ -149,7 +149,7 @@ SampleCharacter make_robot(int resolution) {
   robot.name = "robot";
   robot.skeleton = make_rig();
   // Faces times edge length squared, measured at 16,000 faces.
-  constexpr double faces_edge_squared = 5.4;
+  constexpr double faces_edge_squared = 9.87;
   Assembly parts(robot, std::sqrt(faces_edge_squared / resolution));
   build(parts);
   robot.demo_pose = demo_pose(robot.skeleton);

@@ -57,7 +57,7 @@ Image render_dominant(const Points& V, const Triangles& F, const SparseRows& W,
 /// dominant colours. names: (m) or empty (column numbers).
 struct ContactSheetOptions {
   int columns = 0;                  ///< tiles a row; 0: by the number of bones
-  double tile_aspect = 1;           ///< height over width
+  double tile_aspect = 0;           ///< height over width; 0: by the shape
 };
 Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows& W,
                            const std::vector<std::string>& names,
