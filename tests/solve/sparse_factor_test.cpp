@@ -3,35 +3,16 @@
 #include "skinfield/base/error.h"
 #include "skinfield/base/parallel.h"
 #include "skinfield/base/random.h"
+#include "support/grid.h"
 
 #include <gtest/gtest.h>
+
+#include <limits>
 
 namespace skinfield {
 namespace {
 
-/// The 7-point Laplacian of a grid of side s: singular; a shift makes it definite.
-SparseRows grid_laplacian(int s) {
-  std::vector<Eigen::Triplet<double>> entries;
-  const auto id = [&](int i, int j, int k) { return (i * s + j) * s + k; };
-  const auto link = [&](int a, int b) {
-    entries.emplace_back(a, a, 1.0);
-    entries.emplace_back(b, b, 1.0);
-    entries.emplace_back(a, b, -1.0);
-    entries.emplace_back(b, a, -1.0);
-  };
-  for (int i = 0; i < s; ++i) {
-    for (int j = 0; j < s; ++j) {
-      for (int k = 0; k < s; ++k) {
-        if (i + 1 < s) link(id(i, j, k), id(i + 1, j, k));
-        if (j + 1 < s) link(id(i, j, k), id(i, j + 1, k));
-        if (k + 1 < s) link(id(i, j, k), id(i, j, k + 1));
-      }
-    }
-  }
-  SparseRows K(s * s * s, s * s * s);
-  K.setFromTriplets(entries.begin(), entries.end());
-  return K;
-}
+using skinfield_test::grid_laplacian;
 
 RowMatrix random_matrix(Eigen::Index rows, Eigen::Index columns) {
   Random random(7);

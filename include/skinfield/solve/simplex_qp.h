@@ -26,6 +26,8 @@ struct SimplexProblem {
   SparseRows Q;              ///< (N,N) symmetric positive semidefinite, full (both triangles)
   RowMatrix B;               ///< (N,m) linear term, or empty for none
   Vector M;                  ///< (N) > 0 node masses: scales the penalties
+  SparseRows K;              ///< (N,N) or empty: if Q = K M^-1 K, the stiffness; the local
+                             ///< |K w|^2 / M^2 then sets the penalties (faster on bad meshes)
   FixedRows fixed;
   int columns = 0;           ///< m
   Vector row_sum;            ///< (N) targets s_i >= 0, or empty for all 1
