@@ -93,19 +93,40 @@ std::vector<int> choose_faces(Eigen::Index faces, int samples, std::uint64_t see
 
 using Pairs = std::vector<std::pair<int, int>>;
 
-/// The faces that the edges of face f pierce, without those that share a corner with it.
-void find_pierced(const RayScene& scene, const Points& V, const Triangles& F, int f,
-                  std::vector<RayHit>& hits, Pairs& pairs) {
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 p = corner(V, F(f, k)), q = corner(V, F(f, (k + 1) % 3));
-    scene.all_hits(p, q, hits);
-    for (const RayHit& hit : hits) {
-      const auto other = F.row(hit.face);
-      bool touches = false;
-      for (int i = 0; i < 3; ++i) touches = touches || (other.array() == F(f, i)).any();
-      if (!touches && pierces(p, q, corner(V, other[0]), corner(V, other[1]), corner(V, other[2])))
-        pairs.emplace_back(std::min(f, hit.face), std::max(f, hit.face));
-    }
+/// An edge and those chosen faces that have it.
+struct Probe {
+  int low, high;
+  std::vector<int> faces;
+};
+
+std::vector<Probe> find_probes(const Triangles& F, const std::vector<int>& chosen) {
+  std::vector<char> is_chosen(static_cast<std::size_t>(F.rows()), 0);
+  for (const int f : chosen) is_chosen[f] = 1;
+  std::vector<Probe> probes;
+  for_each_edge(F, [&](std::span<const HalfEdge> around) {
+    Probe probe{around[0].low, around[0].high, {}};
+    for (const HalfEdge& edge : around)
+      if (is_chosen[edge.face]) probe.faces.push_back(edge.face);
+    if (!probe.faces.empty()) probes.push_back(std::move(probe));
+  });
+  return probes;
+}
+
+bool share_corner(const Triangles& F, int f, int g) {
+  for (int i = 0; i < 3; ++i)
+    if ((F.row(g).array() == F(f, i)).any()) return true;
+  return false;
+}
+
+/// Pairs of a probe's faces and those that its edge pierces, without such that share a corner.
+void find_pierced(const RayScene& scene, const Points& V, const Triangles& F, const Probe& probe,
+                  std::vector<int>& along, Pairs& pairs) {
+  const Vec3 p = corner(V, probe.low), q = corner(V, probe.high);
+  scene.faces_along(p, q, along);
+  for (const int g : along) {
+    if (!pierces(p, q, corner(V, F(g, 0)), corner(V, F(g, 1)), corner(V, F(g, 2)))) continue;
+    for (const int f : probe.faces)
+      if (!share_corner(F, f, g)) pairs.emplace_back(std::min(f, g), std::max(f, g));
   }
 }
 
@@ -114,14 +135,14 @@ void count_intersections(const Points& V, const Triangles& F, const DiagnosisOpt
   const std::vector<int> faces = choose_faces(F.rows(), options.intersection_samples, options.seed);
   if (faces.empty()) return;
   const RayScene scene(V, F);
+  const std::vector<Probe> probes = find_probes(F, faces);
   Pairs pairs = parallel_reduce(
-      faces.size(), 256, Pairs(),
+      probes.size(), 256, Pairs(),
       [&](std::size_t begin, std::size_t end) {
         progress.check();
         Pairs part;
-        std::vector<RayHit> hits;
-        for (std::size_t i = begin; i < end; ++i)
-          if (!is_degenerate(V, F, faces[i])) find_pierced(scene, V, F, faces[i], hits, part);
+        std::vector<int> along;
+        for (std::size_t i = begin; i < end; ++i) find_pierced(scene, V, F, probes[i], along, part);
         return part;
       },
       [](Pairs all, const Pairs& part) {

@@ -87,18 +87,28 @@ class SignedForest {
   std::vector<int> parent_, sign_;
 };
 
-/// Kruskal's spanning tree over the neighbour graph, most parallel normals first; flips normals to
-/// agree along it. Returns the component of every point.
-std::vector<int> agree_along_tree(const Neighbours& neighbours, Points& N, int& components) {
+/// How much the normals of two points agree, in [-1,1], the one carried over to the other as on a
+/// circle through both (mirrored at the plane between them: Koenig and Gumhold 2009). So along a
+/// surface they should be alike, and across a thin part or a gap opposite.
+double agreement(const Points& P, const Points& N, int i, int j) {
+  const Vec3 r = (P.row(j) - P.row(i)).normalized().transpose();
+  const Vec3 n = N.row(i).transpose(), m = N.row(j).transpose();
+  return n.dot(m) - 2 * r.dot(n) * r.dot(m);
+}
+
+/// Kruskal's spanning tree over the neighbour graph, clearest links first; flips normals to agree
+/// along it. Returns the component of every point.
+std::vector<int> agree_along_tree(const Points& P, const Neighbours& neighbours, Points& N,
+                                  int& components) {
   const int n = static_cast<int>(N.rows());
   std::vector<Link> links;
   for (int i = 0; i < n; ++i)
     for (const auto& [d, j] : neighbours[i])
-      links.push_back({1 - std::abs(N.row(i).dot(N.row(j))), std::min(i, j), std::max(i, j)});
+      links.push_back({1 - std::abs(agreement(P, N, i, j)), std::min(i, j), std::max(i, j)});
   std::sort(links.begin(), links.end());
   SignedForest forest(n);
   for (const Link& link : links)
-    forest.join(link.a, link.b, N.row(link.a).dot(N.row(link.b)) < 0 ? -1 : 1);
+    forest.join(link.a, link.b, agreement(P, N, link.a, link.b) < 0 ? -1 : 1);
   std::vector<int> component(n, -1), number(n, -1);
   components = 0;
   for (int i = 0; i < n; ++i) {
@@ -211,7 +221,7 @@ Points estimate_point_normals(const Points& P, const Points& inside, int neighbo
     N.row(r) = plane_normal(places.P, r, near[i]).transpose();
   });
   int components = 0;
-  const std::vector<int> component = agree_along_tree(near, N, components);
+  const std::vector<int> component = agree_along_tree(places.P, near, N, components);
   const Vector area = place_areas(places.P, N, near);
   std::vector<std::vector<Eigen::Index>> members(components);
   for (Eigen::Index i = 0; i < N.rows(); ++i) members[component[i]].push_back(i);

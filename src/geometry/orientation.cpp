@@ -66,8 +66,16 @@ Patches find_patches(const std::vector<Hinge>& hinges, const Triangles& F, const
         faces.push_back(g);
       }
     }
-    if (turned > kept)
-      for (const int f : faces) patches.turn[f] = !patches.turn[f];
+    int before = 0, after = 0;  // disagreements; what cannot be oriented keeps its own seam
+    for (const int f : faces) {
+      for (const auto& [g, agree] : beside[f]) {
+        before += !agree;
+        after += agree != (patches.turn[f] == patches.turn[g]);
+      }
+    }
+    if (after >= before || turned > kept) {
+      for (const int f : faces) patches.turn[f] = after < before && !patches.turn[f];
+    }
     patches.faces.push_back(std::move(faces));
   }
   return patches;

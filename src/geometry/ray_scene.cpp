@@ -24,9 +24,11 @@ constexpr double kNearEdge = 4e-6;   // distance to an edge that single precisio
 
 #if RTC_VERSION_MAJOR >= 4
 using Context = RTCRayQueryContext;
+constexpr RTCSceneFlags kFilterFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 void init(Context* context) { rtcInitRayQueryContext(context); }
 #else
 using Context = RTCIntersectContext;
+constexpr RTCSceneFlags kFilterFlag = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
 void init(Context* context) { rtcInitIntersectContext(context); }
 #endif
 
@@ -126,6 +128,11 @@ RayHit read_hit(const RTCRayHit& ray, const Vec3& direction) {
   return hit;
 }
 
+void sort_unique(std::vector<int>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
 /// A line seen along itself: space sheared so that the line becomes the origin of a plane. Every
 /// point has one image, so that what faces decide about shared edges and corners agrees.
 class LineView {
@@ -178,12 +185,7 @@ struct RayScene::Impl {
     device = rtcNewDevice(nullptr);
     if (!device) throw SolveError("Embree gives no device", "rays");
     scene = rtcNewScene(device);
-#if RTC_VERSION_MAJOR >= 4
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-#else
-    rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST |
-                                                       RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
-#endif
+    rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | kFilterFlag));
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     upload(geometry);
     rtcCommitGeometry(geometry);
@@ -256,6 +258,12 @@ struct RayScene::Impl {
   }
 
   void link_corners();
+  void collect_hits(const Vec3& from, const Vec3& direction, std::vector<RayHit>& hits) const {
+    CollectContext context;
+    context.hits = &hits;
+    RTCRayHit ray = make_ray_hit(from, direction, 0, 1);
+    shoot_all(scene, &context, &ray);
+  }
   bool crosses(int f, const LineView& view, const Vec3& a, const Vec3& direction,
                RayHit& hit) const;
   void settle_edges(const Vec3& a, const Vec3& direction, std::vector<RayHit>& hits) const;
@@ -303,21 +311,23 @@ bool RayScene::Impl::crosses(int f, const LineView& view, const Vec3& a, const V
 /// test every face around the corners concerned anew, so that crossings add up.
 void RayScene::Impl::settle_edges(const Vec3& a, const Vec3& direction,
                                   std::vector<RayHit>& hits) const {
-  std::vector<int> faces;
+  std::vector<int> corners, faces;
   for (const RayHit& hit : hits) {
     for (int k = 0; k < 3; ++k) {
-      const int c = (k + 1) % 3, d = (k + 2) % 3;
-      const Vec3 p = corner(hit.face, c), q = corner(hit.face, d);
+      const int i = F(hit.face, (k + 1) % 3), j = F(hit.face, (k + 2) % 3);
+      const Vec3 p = V.row(i).transpose(), q = V.row(j).transpose();
       const double distance = std::abs((p - a).cross(q - a).dot(direction));
       if (distance > kNearEdge * direction.cross(q - p).norm()) continue;
-      for (const int v : {corner_id[F(hit.face, c)], corner_id[F(hit.face, d)]})
-        faces.insert(faces.end(), faces_around.begin() + first_face[v],
-                     faces_around.begin() + first_face[v + 1]);
+      corners.push_back(corner_id[i]);
+      corners.push_back(corner_id[j]);
     }
   }
+  sort_unique(corners);
+  for (const int c : corners)
+    faces.insert(faces.end(), faces_around.begin() + first_face[c],
+                 faces_around.begin() + first_face[c + 1]);
   if (faces.empty()) return;
-  std::sort(faces.begin(), faces.end());
-  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+  sort_unique(faces);
   std::erase_if(hits, [&](const RayHit& hit) {
     return std::binary_search(faces.begin(), faces.end(), hit.face);
   });
@@ -374,14 +384,18 @@ void RayScene::first_hits(const Vec3& origin, std::span<const Vec3> directions,
   }
 }
 
+void RayScene::faces_along(const Vec3& a, const Vec3& b, std::vector<int>& faces) const {
+  std::vector<RayHit> hits;
+  impl_->collect_hits(impl_->map(a), (b - a) * impl_->scale, hits);
+  faces.clear();
+  for (const RayHit& hit : hits) faces.push_back(hit.face);
+}
+
 void RayScene::all_hits(const Vec3& a, const Vec3& b, std::vector<RayHit>& hits) const {
   hits.clear();
   const Vec3 from = impl_->map(a), direction = (b - a) * impl_->scale;
   if (!(direction.squaredNorm() > 0)) return;
-  CollectContext context;
-  context.hits = &hits;
-  RTCRayHit ray = make_ray_hit(from, direction, 0, 1);
-  shoot_all(impl_->scene, &context, &ray);
+  impl_->collect_hits(from, direction, hits);
   for (RayHit& hit : hits) {
     // Sheets closer than single precision resolves still come in the right order.
     const Vec3 p = impl_->corner(hit.face, 0);

@@ -53,22 +53,7 @@ TEST(Diagnosis, SplitVerticesDoNotOpenAMesh) {
 
 TEST(Diagnosis, AMoebiusStripHasABorderAndDisagrees) {
   constexpr int n = 24;
-  Mesh strip;
-  strip.V.resize(2 * n, 3);
-  strip.F.resize(2 * n, 3);
-  for (int i = 0; i < n; ++i) {
-    const double a = 2 * std::numbers::pi * i / n;
-    for (int s = 0; s < 2; ++s) {
-      const double r = 1 + (s ? 0.3 : -0.3) * std::cos(a / 2);
-      strip.V.row(2 * i + s) << r * std::cos(a), r * std::sin(a),
-          (s ? 0.3 : -0.3) * std::sin(a / 2);
-    }
-    const bool last = i + 1 == n;
-    const int p = 2 * i, q = 2 * i + 1, r = last ? 1 : 2 * i + 2, t = last ? 0 : 2 * i + 3;
-    strip.F.row(2 * i) << p, r, q;
-    strip.F.row(2 * i + 1) << q, r, t;
-  }
-  const Diagnosis d = diagnose(strip);
+  const Diagnosis d = diagnose(moebius_strip(n));
   EXPECT_EQ(d.boundary_edges, 2 * n);
   EXPECT_EQ(d.inconsistent_edges, 1);
   EXPECT_EQ(d.nonmanifold_edges, 0);

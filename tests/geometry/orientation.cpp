@@ -121,6 +121,15 @@ TEST(Orientation, ConsistentSoupsStayAsTheyAre) {
   EXPECT_EQ(repair_orientation(soup.V, soup.F, ring(1, 60)).flipped, 0);
 }
 
+TEST(Orientation, AMoebiusStripKeepsItsSeam) {
+  Mesh strip = moebius_strip(24);
+  EXPECT_EQ(repair_orientation(strip.V, strip.F, Points(0, 3)).F, strip.F);
+  Mesh flipped = strip;
+  flip_some(flipped.F, 0.3, 2);
+  const OrientationRepair repair = repair_orientation(flipped.V, flipped.F, Points(0, 3));
+  EXPECT_LE(repair_orientation(strip.V, repair.F, Points(0, 3)).inconsistent, 3);
+}
+
 TEST(Orientation, OddInputIsNoTrouble) {
   const Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                               {{0, 1, 2}, {0, 1, 2}, {2, 1, 0}, {0, 0, 1}, {1, 1, 1}});

@@ -88,6 +88,25 @@ inline Mesh sphere_mesh(double radius = 1, int rings = 24, double bumps = 0) {
   return mesh;
 }
 
+inline Mesh moebius_strip(int n) {
+  Mesh strip;
+  strip.V.resize(2 * n, 3);
+  strip.F.resize(2 * n, 3);
+  for (int i = 0; i < n; ++i) {
+    const double a = 2 * std::numbers::pi * i / n;
+    for (int s = 0; s < 2; ++s) {
+      const double r = 1 + (s ? 0.3 : -0.3) * std::cos(a / 2);
+      strip.V.row(2 * i + s) << r * std::cos(a), r * std::sin(a),
+          (s ? 0.3 : -0.3) * std::sin(a / 2);
+    }
+    const bool last = i + 1 == n;
+    const int p = 2 * i, q = 2 * i + 1, r = last ? 1 : 2 * i + 2, t = last ? 0 : 2 * i + 3;
+    strip.F.row(2 * i) << p, r, q;
+    strip.F.row(2 * i + 1) << q, r, t;
+  }
+  return strip;
+}
+
 /// `count` triangles of about `size`, anywhere in the unit box and any way round.
 inline Mesh random_soup(int count, double size, std::uint64_t seed) {
   Mesh mesh;

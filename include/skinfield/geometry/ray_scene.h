@@ -43,6 +43,9 @@ class RayScene {
   /// count as if it passed beside, so that on closed surfaces the signs add up to
   /// winding(b) - winding(a). t is exact to double precision.
   void all_hits(const Vec3& a, const Vec3& b, std::vector<RayHit>& hits) const;
+  /// The faces that a-b meets as single precision has it, in no order; near edges perhaps one too
+  /// many or too few. For callers that make their own test.
+  void faces_along(const Vec3& a, const Vec3& b, std::vector<int>& faces) const;
 
  private:
   struct Impl;
