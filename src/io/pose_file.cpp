@@ -4,6 +4,7 @@
 #include "skinfield/io/file.h"
 #include "skinfield/io/matrix_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -72,6 +73,29 @@ std::vector<PoseEntry> parse_frame(const Json& object, const std::string& name) 
   return frame;
 }
 
+/// The weight column that an entry moves.
+std::size_t column_of(const PoseEntry& entry, const Skeleton& skeleton) {
+  const auto columns = static_cast<std::size_t>(skeleton.columns);
+  if (entry.name.empty()) {
+    if (entry.index >= 0 && entry.index < skeleton.columns) {
+      return static_cast<std::size_t>(entry.index);
+    }
+    throw InputError(
+        "the pose moves handle " + std::to_string(entry.index) + " of " + std::to_string(columns),
+        {}, "handles count from 0");
+  }
+  for (std::size_t j = 0; j < std::min(columns, skeleton.column_names.size()); ++j) {
+    if (skeleton.column_names[j] == entry.name) return j;
+  }
+  for (std::size_t h = 0; h < std::min(skeleton.handles.size(), skeleton.column.size()); ++h) {
+    if (skeleton.handles[h].name == entry.name) {
+      return static_cast<std::size_t>(skeleton.column[h]);
+    }
+  }
+  throw InputError("the pose moves " + text::quoted(entry.name) + ", which is not in the skeleton",
+                   {}, "name a joint of this skeleton");
+}
+
 /// Quaternions of length 1, as far as the digits of a file tell.
 bool rows_are_unit(const RowMatrix& Q) {
   return ((Q.rowwise().norm().array() - 1).abs() < 1e-3).all();
@@ -117,6 +141,7 @@ PoseFile parse_pose_dmat(std::string_view bytes, const std::string& name) {
     throw InputError("is no list of quaternions", name, "give x y z w a handle, a column a frame");
   }
   PoseFile pose;
+  pose.quaternions = true;
   for (Eigen::Index f = 0; f < Q.cols(); ++f) {
     std::vector<PoseEntry>& frame = pose.frames.emplace_back();
     for (Eigen::Index i = 0; i < Q.rows(); i += 4) {
@@ -125,6 +150,28 @@ PoseFile parse_pose_dmat(std::string_view bytes, const std::string& name) {
       entry.rotation = checked(Q.block<4, 1>(i, f), name);
       frame.push_back(std::move(entry));
     }
+  }
+  return pose;
+}
+
+Pose pose_for(const PoseFile& file, std::size_t frame, const Skeleton& skeleton) {
+  if (frame >= file.frames.size()) {
+    throw InputError("has no frame " + std::to_string(frame), {},
+                     "frames count from 0 to " + std::to_string(file.frames.size() - 1));
+  }
+  const std::vector<PoseEntry>& entries = file.frames[frame];
+  if (file.quaternions) {
+    std::vector<double> xyzw;
+    for (const PoseEntry& entry : entries) {
+      for (const double c : entry.rotation.coeffs()) xyzw.push_back(c);
+    }
+    return pose_from_quaternions(skeleton, xyzw);
+  }
+  Pose pose = rest_pose(skeleton);
+  for (const PoseEntry& entry : entries) {
+    JointPose& joint = pose.joints.at(column_of(entry, skeleton));
+    joint.rotation = entry.rotation;
+    joint.translation = entry.translation;
   }
   return pose;
 }

@@ -119,7 +119,8 @@ NpzArrays csr_arrays(const SparseRows& W) {
   return {{"data", npy_from_vector(data)},
           {"indices", npy_from_integers(indices)},
           {"indptr", npy_from_integers(indptr)},
-          {"shape", npy_from_integers({W.rows(), W.cols()})}};
+          {"shape", npy_from_integers({W.rows(), W.cols()})},
+          {"format", NpyArray{"|S3", false, {}, "csr"}}};  // scipy.sparse.load_npz asks for it
 }
 
 }  // namespace

@@ -47,6 +47,25 @@ TEST(PoseFile, DmatBothWays) {
   EXPECT_THROW(parse_pose_dmat("1 4\n0\n0\n0\n0\n", "a"), InputError);
 }
 
+TEST(PoseFile, FramesBecomePosesOfASkeleton) {
+  Skeleton skeleton;
+  skeleton.source = Skeleton::Source::gltf;
+  skeleton.joints.resize(3);
+  skeleton.columns = 3;
+  skeleton.column_names = {"Hip", "Arm", "Leg"};
+  const PoseFile file = parse_pose_json(
+      R"({"Arm": {"rotation": [1, 0, 0, 0]}, "2": {"translation": [1, 2, 3]}})", "a");
+  const Pose pose = pose_for(file, 0, skeleton);
+  ASSERT_EQ(pose.joints.size(), 3u);
+  EXPECT_TRUE(pose.joints[0].rotation.isApprox(Eigen::Quaterniond::Identity()));
+  EXPECT_TRUE(pose.joints[1].rotation.isApprox(Eigen::Quaterniond(0, 1, 0, 0)));
+  EXPECT_EQ(pose.joints[2].translation, Vec3(1, 2, 3));
+  EXPECT_THROW(pose_for(file, 1, skeleton), InputError);
+  for (const char* bad : {R"({"Tail": {}})", R"({"3": {}})"}) {
+    EXPECT_THROW(pose_for(parse_pose_json(bad, "a"), 0, skeleton), InputError) << bad;
+  }
+}
+
 TEST(PoseFile, HandPoseHasAUnitQuaternionABone) {
   SKINFIELD_NEEDS_DATA(path, "fem/hand-pose.dmat");
   const PoseFile pose = read_pose(path);

@@ -1,7 +1,7 @@
 // Poses in files: rotations and translations a handle, one frame or many.
 #pragma once
 
-#include "skinfield/base/types.h"
+#include "skinfield/rig/pose.h"
 
 #include <Eigen/Geometry>
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace skinfield {
 
-/// One handle's motion relative to the rest pose; which frame it is relative to is rig's affair.
+/// One handle's motion relative to the rest pose, in the frame that rig's `Pose` says.
 struct PoseEntry {
   std::string name;  ///< joint or handle name; empty where `index` is given
   int index = -1;    ///< handle index, 0-based
@@ -21,7 +21,12 @@ struct PoseEntry {
 
 struct PoseFile {
   std::vector<std::vector<PoseEntry>> frames;  ///< at least one
+  bool quaternions = false;  ///< libigl's: entries count bones (or columns) and only rotate
 };
+
+/// One frame for a skeleton, in rig's terms. Entries of JSON name a column, a joint or a handle;
+/// columns without an entry rest. Throws InputError for a frame, name or index that is not there.
+Pose pose_for(const PoseFile& file, std::size_t frame, const Skeleton& skeleton);
 
 /// By extension: .json or .dmat. Throws InputError.
 PoseFile read_pose(const std::filesystem::path& path);
