@@ -91,7 +91,8 @@ Skeleton make_rig() {
   RigBuilder rig;
   for (const SpineJoint& joint : spine()) rig.joint(joint.name, joint.parent, joint.position);
   rig.tail("head", head_end);
-  rig.tail("tail_06", tail_end);
+  const Vec3& last = spine().back().position;
+  rig.tail("tail_06", last + 0.88 * (tail_end - last));
   for (const Leg& leg : legs()) {
     for (const double side : {1.0, -1.0}) {
       const std::string name = leg_name(leg, side);
@@ -102,7 +103,7 @@ Skeleton make_rig() {
         const Toe toe = toe_of(leg, t, side);
         const std::string joint = name + "_toe_" + std::to_string(t + 1);
         rig.joint(joint, name + "_foot", toe.base);
-        rig.tail(joint, toe.tip);
+        rig.tail(joint, toe.base + 0.8 * (toe.tip - toe.base));
       }
     }
   }
@@ -125,7 +126,7 @@ ImplicitShape make_shape() {
   shape.ellipsoid({0, 0.096, 0.328}, {0.034, 0.026, 0.058}, 0.025);
   shape.ellipsoid({0, 0.086, 0.305}, {0.040, 0.018, 0.060}, 0.020);
   // Tail: thick in the middle, where a gecko keeps its fat.
-  const std::array<double, 7> radius = {0.029, 0.032, 0.034, 0.029, 0.021, 0.013, 0.005};
+  const std::array<double, 7> radius = {0.029, 0.032, 0.034, 0.029, 0.021, 0.013, 0.007};
   for (std::size_t i = 0; i < 6; ++i) {
     const Vec3& from = spine()[7 + i].position;
     const Vec3& to = i < 5 ? spine()[8 + i].position : tail_end;
@@ -142,8 +143,8 @@ ImplicitShape make_shape() {
       shape.ellipsoid(palm, Vec3(0.019, 0.011, 0.019) * r, 0.010);
       for (int t = 0; t < toes; ++t) {
         const Toe toe = toe_of(leg, t, side);
-        shape.capsule(toe.base, 0.0072, toe.tip, 0.0055, 0.006);
-        shape.ellipsoid(toe.tip, {0.0092, 0.0062, 0.0092}, 0.004);
+        shape.capsule(toe.base, 0.0074, toe.tip, 0.0062, 0.006);
+        shape.ellipsoid(toe.tip, {0.0096, 0.0068, 0.0096}, 0.004);
       }
     }
   }

@@ -32,7 +32,7 @@ struct RenderOptions {
   int samples_per_side = 3;         ///< 1..4, squared: the samples a pixel
   CameraOptions camera;
   Rgb8 background = {238, 240, 243};
-  double crease = 40;               ///< degrees between faces from which an edge looks sharp
+  double crease = 55;               ///< degrees between faces from which an edge looks sharp
   Points normals;                   ///< (n,3) of a point cloud, or empty: discs face the viewer
   SkeletonOverlay skeleton;         ///< empty: none
   std::string caption;              ///< a line at the lower border, or empty
