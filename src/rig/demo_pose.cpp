@@ -9,23 +9,39 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Depth of every column below its root; points and roots have 0.
-std::vector<int> depths(const Skeleton& skeleton) {
-  std::vector<int> depth(at(skeleton.columns), 0);
+/// Where a column hangs: the depth below its root (points and roots have 0), and the share of all
+/// handles that moves when it turns.
+struct Place {
+  int depth = 0;
+  double carried = 0;
+};
+
+std::vector<Place> places(const Skeleton& skeleton) {
+  const std::size_t columns = at(skeleton.columns);
+  std::vector<int> parent(columns, -1), order;
   if (skeleton.source == Skeleton::Source::tgf) {
     const BoneTree tree = bone_tree(skeleton);
-    const std::size_t points = depth.size() - skeleton.bones.size();
+    const int points = skeleton.columns - static_cast<int>(skeleton.bones.size());
     for (const int e : tree.order) {
-      const int parent = tree.parent[at(e)];
-      if (parent >= 0) depth[points + at(e)] = depth[points + at(parent)] + 1;
+      order.push_back(points + e);
+      if (tree.parent[at(e)] >= 0) parent[at(points + e)] = points + tree.parent[at(e)];
     }
   } else {
-    for (const int j : parents_first(skeleton.joints)) {
-      const int parent = skeleton.joints[at(j)].parent;
-      if (parent >= 0) depth[at(j)] = depth[at(parent)] + 1;
-    }
+    order = parents_first(skeleton.joints);
+    for (const int j : order) parent[at(j)] = skeleton.joints[at(j)].parent;
   }
-  return depth;
+  std::vector<Place> result(columns);
+  for (const int column : order) {
+    if (parent[at(column)] >= 0)
+      result[at(column)].depth = result[at(parent[at(column)])].depth + 1;
+  }
+  const double share = 1.0 / static_cast<double>(skeleton.handles.size());
+  for (const int column : skeleton.column) result[at(column)].carried += share;
+  std::for_each(order.rbegin(), order.rend(), [&](int column) {
+    const int above = parent[at(column)];
+    if (above >= 0) result[at(above)].carried += result[at(column)].carried;
+  });
+  return result;
 }
 
 struct Frame {
@@ -73,17 +89,19 @@ Vec3 axis_for(const Handle& handle, const Frame& frame) {
 Pose demo_pose(const Skeleton& skeleton, double amplitude, std::uint64_t seed) {
   Pose pose = rest_pose(skeleton);
   if (skeleton.handles.empty()) return pose;
-  const std::vector<int> depth = depths(skeleton);
+  const std::vector<Place> place = places(skeleton);
   const Frame frame = frame_of(skeleton);
   const bool roots_only = std::all_of(skeleton.column.begin(), skeleton.column.end(),
-                                      [&](int column) { return depth[at(column)] == 0; });
+                                      [&](int column) { return place[at(column)].depth == 0; });
   for (std::size_t i = 0; i < skeleton.handles.size(); ++i) {
     const Handle& handle = skeleton.handles[i];
     const int column = skeleton.column[i];
-    if (depth[at(column)] == 0 && !roots_only) continue;
+    if (place[at(column)].depth == 0 && !roots_only) continue;
     Random random(seed, static_cast<std::uint64_t>(column));
-    const double size = amplitude * (0.7 + 0.3 * random.uniform());
-    const int turn = roots_only ? column : depth[at(column)];
+    // Limbs swing, trunks only lean.
+    const double share = std::min(1.0, 1.2 - place[at(column)].carried);
+    const double size = amplitude * share * (0.7 + 0.3 * random.uniform());
+    const int turn = roots_only ? column : place[at(column)].depth;
     const double angle = turn % 2 == 0 ? -size : size;
     Vec3 axis = axis_for(handle, frame);
     JointPose& joint = pose.joints[at(column)];

@@ -80,8 +80,8 @@ HandleInside inside_part(const Handle& handle, const InsideTest& inside, int sam
     return result;
   }
   double length = 0, kept = 0;
-  for (const auto& [a, b] : handle.segments) {
-    const Vec3 from = a, along = b - a;
+  for (const auto& segment : handle.segments) {
+    const Vec3 from = segment.first, to = segment.second, along = to - from;
     // An end on the surface is neither in nor out: it is asked a little further in.
     constexpr double inset = 1e-4;
     const auto place = [&](int k) {
@@ -92,7 +92,7 @@ HandleInside inside_part(const Handle& handle, const InsideTest& inside, int sam
     double begin = 0;
     const auto close = [&](double end) {
       if (end <= begin) return;
-      result.segments.emplace_back(from + begin * along, end >= 1 ? b : Vec3(from + end * along));
+      result.segments.emplace_back(from + begin * along, end >= 1 ? to : Vec3(from + end * along));
       kept += (end - begin) * along.norm();
     };
     for (int k = 1; k <= samples; ++k) {

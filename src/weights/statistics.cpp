@@ -48,7 +48,7 @@ Comparison compare(const SkinWeights& a, const SkinWeights& b) {
     }
     return column;
   };
-  const auto join = [](Vector x, const Vector& y) -> Vector { return x + y; };
+  const auto join = [](const Vector& x, const Vector& y) -> Vector { return x + y; };
   result.column =
       parallel_reduce(static_cast<std::size_t>(n), rows::block, result.column, part, join) /
       static_cast<double>(n);

@@ -58,8 +58,9 @@ Pose interpolate(const Pose& a, const Pose& b, double t);
 
 /// A bend of everything that deforms and is no root (of everything, where there are only roots),
 /// to look at weights: each bone by 0.7 to 1 of `amplitude` (radians) to alternating sides in the
-/// plane in which the skeleton is widest; point handles also move a little. Deterministic;
-/// the seed varies the angles. Meant for PoseBase::bind.
+/// plane in which the skeleton is widest, less (down to a fifth) where it carries more than a
+/// fifth of the handles; point handles also move a little. Deterministic; the seed varies the
+/// angles. Meant for PoseBase::bind.
 Pose demo_pose(const Skeleton& skeleton, double amplitude = 0.6, std::uint64_t seed = 0);
 
 /// The handles with their segments and points moved along with their columns.
