@@ -1,0 +1,5 @@
+#include "skinfield/io/obj.h"
+
+#include "fuzz.h"
+
+SKINFIELD_FUZZ(skinfield::parse_mtl)
