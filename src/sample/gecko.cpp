@@ -190,7 +190,7 @@ Vec3 skin_colour(const Vec3& x) {
 
 const Vec3 x_axis = Vec3::UnitX(), y_axis = Vec3::UnitY(), z_axis = Vec3::UnitZ();
 
-SamplePose demo_pose(const Skeleton& skeleton) {
+SamplePose show_pose(const Skeleton& skeleton) {
   PoseBuilder pose(skeleton);
   const std::array<const char*, 4> back = {"spine_01", "spine_02", "spine_03", "spine_04"};
   for (const char* joint : back) pose.turn(joint, y_axis, 9);
@@ -257,7 +257,7 @@ SampleCharacter make_gecko(int resolution, const Progress& progress) {
     gecko.colours.row(v) = skin_colour(gecko.mesh.V.row(v)).transpose();
   }
   gecko.parts = {{"gecko", 0, static_cast<int>(gecko.mesh.F.rows()), Vec3::Ones()}};
-  gecko.demo_pose = demo_pose(gecko.skeleton);
+  gecko.demo_pose = show_pose(gecko.skeleton);
   gecko.animation =
       make_loop("walk", 2.0, 24, [&](double phase) { return walk(gecko.skeleton, phase); });
   return gecko;

@@ -1,5 +1,6 @@
 // A small writer for the samples' own binary glTF 2.0 documents.
 #include "skinfield/io/file.h"
+#include "skinfield/io/gltf.h"
 #include "skinfield/sample/sample.h"
 
 #include <nlohmann/json.hpp>
@@ -213,6 +214,11 @@ std::vector<std::uint8_t> sample_glb(const SampleCharacter& character) {
   append_word(glb, 0x004E4942);  // "BIN"
   glb.insert(glb.end(), chunk.begin(), chunk.end());
   return glb;
+}
+
+Asset sample_asset(const SampleCharacter& character) {
+  const std::vector<std::uint8_t> glb = sample_glb(character);
+  return read_gltf_bytes(std::as_bytes(std::span(glb)), character.name);
 }
 
 void write_sample(const std::filesystem::path& path, const SampleCharacter& character) {

@@ -108,7 +108,7 @@ void build(Assembly& parts) {
   parts.finish();
 }
 
-SamplePose demo_pose(const Skeleton& skeleton) {
+SamplePose show_pose(const Skeleton& skeleton) {
   PoseBuilder pose(skeleton);
   pose.turn("spine", y_axis, 12).turn("chest", y_axis, 10).turn("chest", z_axis, -5);
   pose.turn("neck", z_axis, 8).turn("head", y_axis, -18).turn("head", x_axis, -8);
@@ -152,7 +152,7 @@ SampleCharacter make_robot(int resolution) {
   constexpr double faces_edge_squared = 9.87;
   Assembly parts(robot, std::sqrt(faces_edge_squared / resolution));
   build(parts);
-  robot.demo_pose = demo_pose(robot.skeleton);
+  robot.demo_pose = show_pose(robot.skeleton);
   robot.animation =
       make_loop("walk", 1.6, 24, [&](double phase) { return walk(robot.skeleton, phase); });
   return robot;

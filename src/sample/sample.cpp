@@ -120,6 +120,17 @@ std::vector<Transform> sample_transforms(const Skeleton& skeleton, const SampleP
   return columns;
 }
 
+Pose to_pose(const SamplePose& pose) {
+  Pose result;
+  for (const Eigen::Quaterniond& rotation : pose.rotation) {
+    JointPose joint;
+    joint.rotation = rotation;
+    result.joints.push_back(joint);
+  }
+  if (!result.joints.empty()) result.joints.front().translation = pose.root_movement;
+  return result;
+}
+
 std::vector<int> nearest_handle(const Points& V, const Skeleton& skeleton) {
   const auto n = static_cast<std::size_t>(V.rows());
   std::vector<int> nearest(n, 0);

@@ -3,6 +3,8 @@
 #include "skinfield/base/error.h"
 #include "skinfield/base/parallel.h"
 #include "skinfield/geometry/winding_number.h"
+#include "skinfield/io/gltf_animation.h"
+#include "skinfield/rig/handles.h"
 
 #include <gtest/gtest.h>
 
@@ -230,6 +232,62 @@ TEST(Sample, GlbHasTheContainersLengths) {
   EXPECT_EQ(word(0), 0x46546C67u);
   EXPECT_EQ(word(8), glb.size());
   EXPECT_EQ(word(12) + word(20 + word(12)) + 28, glb.size());
+}
+
+TEST(Sample, GlbReadsBackAsTheSameCharacter) {
+  for (const std::string_view name : sample_names()) {
+    const SampleCharacter& sample = small(name);
+    Asset asset = sample_asset(sample);
+    ASSERT_EQ(asset.characters.size(), 1u);
+    Character& read = asset.characters.front();
+    EXPECT_TRUE(asset.warnings.empty());
+    EXPECT_EQ(read.mesh.F.rows(), sample.mesh.F.rows());
+    EXPECT_EQ(static_cast<Eigen::Index>(read.vertex_of_input.size()), sample.mesh.V.rows());
+    EXPECT_EQ(read.parts.size(), sample.parts.size());
+    EXPECT_LT((bounding_box(read.mesh.V) - bounding_box(sample.mesh.V)).norm(), 1e-6);
+
+    // The placeholder's weights name every joint, so that rig's rules find the very same bones.
+    ASSERT_TRUE(read.weights.has_value());
+    std::vector<bool> used(sample.skeleton.joints.size(), false);
+    for (Eigen::Index v = 0; v < read.weights->W.rows(); ++v) {
+      for (SparseRows::InnerIterator it(read.weights->W, v); it; ++it) {
+        if (it.value() > 0) used[static_cast<std::size_t>(it.col())] = true;
+      }
+    }
+    make_joint_handles(read.skeleton, {}, used);
+    ASSERT_EQ(read.skeleton.handles.size(), sample.skeleton.handles.size());
+    for (std::size_t h = 0; h < read.skeleton.handles.size(); ++h) {
+      const Handle &a = read.skeleton.handles[h], &b = sample.skeleton.handles[h];
+      EXPECT_EQ(a.name, b.name);
+      ASSERT_EQ(a.segments.size(), b.segments.size()) << b.name;
+      for (std::size_t s = 0; s < a.segments.size(); ++s) {
+        EXPECT_LT((a.segments[s].first - b.segments[s].first).norm(), 1e-6) << b.name;
+        EXPECT_LT((a.segments[s].second - b.segments[s].second).norm(), 1e-6) << b.name;
+      }
+    }
+    // Both ways of posing agree.
+    const std::vector<Transform> ours = sample_transforms(sample.skeleton, sample.demo_pose);
+    const std::vector<Transform> theirs =
+        column_transforms(read.skeleton, to_pose(sample.demo_pose));
+    ASSERT_EQ(ours.size(), theirs.size());
+    for (std::size_t j = 0; j < ours.size(); ++j) EXPECT_LT((ours[j] - theirs[j]).norm(), 1e-5);
+  }
+}
+
+TEST(Sample, AnimationReadsBackAndLoops) {
+  const SampleCharacter& sample = small("gecko");
+  const Asset asset = sample_asset(sample);
+  const std::vector<GltfAnimation> animations = gltf_animations(asset);
+  ASSERT_EQ(animations.size(), 1u);
+  EXPECT_NEAR(animations[0].end, sample.animation.time.back(), 1e-6);
+  for (const std::size_t key : {std::size_t{0}, std::size_t{7}}) {
+    const std::vector<Transform> ours =
+        sample_transforms(sample.skeleton, sample.animation.key[key]);
+    const std::vector<Transform> theirs =
+        joint_skinning_transforms(asset, 0, &animations[0], sample.animation.time[key]);
+    ASSERT_EQ(ours.size(), theirs.size());
+    for (std::size_t j = 0; j < ours.size(); ++j) EXPECT_LT((ours[j] - theirs[j]).norm(), 1e-4);
+  }
 }
 
 TEST(Sample, RefusesWhatItCannotMake) {

@@ -5,6 +5,8 @@
 
 #include "skinfield/base/progress.h"
 #include "skinfield/geometry/mesh.h"
+#include "skinfield/io/asset.h"
+#include "skinfield/rig/pose.h"
 #include "skinfield/rig/skeleton.h"
 
 #include <cstdint>
@@ -66,10 +68,16 @@ SampleCharacter make_sample(std::string_view name, const SampleOptions& options 
 /// Per column, bind pose -> posed: world * inverse bind. Throws InputError if sizes disagree.
 std::vector<Transform> sample_transforms(const Skeleton& skeleton, const SamplePose& pose);
 
+/// The same pose in rig's words.
+Pose to_pose(const SamplePose& pose);
+
 /// A binary glTF 2.0 file: mesh, joint nodes with `_end` nodes, skin, animation. glTF does not
 /// allow a skinned mesh without weights, so every vertex follows the nearest bone rigidly: a
 /// placeholder that names every joint as deforming and waits to be replaced by `bind`.
 std::vector<std::uint8_t> sample_glb(const SampleCharacter& character);
+
+/// What reading sample_glb() gives: the document is the one in memory, handles are not made yet.
+Asset sample_asset(const SampleCharacter& character);
 
 /// Writes sample_glb() beside the target and renames. Throws IoError where that fails.
 void write_sample(const std::filesystem::path& path, const SampleCharacter& character);
