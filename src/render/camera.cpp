@@ -36,8 +36,8 @@ Camera fit_camera(const Points& V, int width, int height, const CameraOptions& o
   front = (front - top * top.dot(front)).normalized();
   const Vec3 side = top.cross(front);
   const double yaw = options.yaw * degrees, pitch = options.pitch * degrees;
-  const Vec3 from = std::cos(pitch) * (std::cos(yaw) * front + std::sin(yaw) * side) +
-                    std::sin(pitch) * top;
+  const Vec3 from =
+      std::cos(pitch) * (std::cos(yaw) * front + std::sin(yaw) * side) + std::sin(pitch) * top;
   camera.forward = -from;
   camera.right = (std::cos(yaw) * side - std::sin(yaw) * front).normalized();
   camera.up = camera.right.cross(camera.forward);
@@ -75,9 +75,9 @@ Camera fit_camera(const Points& V, int width, int height, const CameraOptions& o
     position = 0.5 * (plus - minus);
     return -0.5 * (plus + minus) / tangent;  // largest depth of the eye
   };
-  const double depth = std::min({fit_axis(0, half_width * camera.pixel, x),
-                                 fit_axis(1, half_height * camera.pixel, y),
-                                 low.z() - 1e-3 * size});
+  const double depth =
+      std::min({fit_axis(0, half_width * camera.pixel, x),
+                fit_axis(1, half_height * camera.pixel, y), low.z() - 1e-3 * size});
   camera.eye = centre + camera.right * x + camera.up * y + camera.forward * depth;
   return camera;
 }

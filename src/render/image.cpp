@@ -26,9 +26,9 @@ std::size_t offset(const Image& image, int x, int y) {
 
 Image::Image(int columns, int rows, Rgb8 colour) : width(columns), height(rows) {
   if (columns < 1 || rows < 1 || columns > largest_side || rows > largest_side) {
-    throw InputError("a picture cannot be " + std::to_string(columns) + " x " +
-                         std::to_string(rows) + " pixels",
-                     "render", "choose sides from 1 to " + std::to_string(largest_side));
+    throw InputError(
+        "a picture cannot be " + std::to_string(columns) + " x " + std::to_string(rows) + " pixels",
+        "render", "choose sides from 1 to " + std::to_string(largest_side));
   }
   rgb.resize(3 * static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   for (std::size_t i = 0; i < rgb.size(); i += 3) std::copy_n(colour.data(), 3, rgb.data() + i);

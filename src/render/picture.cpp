@@ -52,7 +52,8 @@ double SurfacePoint::slope(const Vector& values) const {
   const double area = normal.squaredNorm();
   if (!(area > 0)) return 0;
   const Vec3 gradient = ((values[vertex[1]] - values[vertex[0]]) * e2.cross(normal) +
-                         (values[vertex[2]] - values[vertex[0]]) * normal.cross(e1)) / area;
+                         (values[vertex[2]] - values[vertex[0]]) * normal.cross(e1)) /
+                        area;
   return std::hypot(gradient.dot(dx), gradient.dot(dy));
 }
 
@@ -124,8 +125,8 @@ Vec3 Picture::lit(const Surface& surface, const Hit& hit, const Vec3& direction,
   const Vec3 flat = (corner(1) - corner(0)).cross(corner(2) - corner(0));
   const double u = hit.u, v = hit.v;
   const auto& N = surface.corner_normals;
-  Vec3 normal = ((1 - u - v) * N.row(3 * f) + u * N.row(3 * f + 1) + v * N.row(3 * f + 2))
-                    .transpose();
+  Vec3 normal =
+      ((1 - u - v) * N.row(3 * f) + u * N.row(3 * f + 1) + v * N.row(3 * f + 2)).transpose();
   const Vec3 view = -direction.normalized();
   if (flat.dot(view) < 0) normal = -normal;  // both sides are drawn alike
   const double length = normal.norm();
@@ -139,9 +140,9 @@ Vec3 Picture::lit(const Surface& surface, const Hit& hit, const Vec3& direction,
   const Vec3 key = lamp(-0.55, 0.75, 0.65), fill = lamp(0.8, 0.15, 0.55);
   const double sky = 0.5 + 0.5 * normal.dot(options_.camera.up.normalized());
   const Vec3 light = 0.66 * wrapped(normal.dot(key)) * warm +
-                     0.20 * wrapped(normal.dot(fill)) * cool +
-                     (0.13 + 0.15 * sky) * cool;
-  const double highlight = gloss * std::pow(std::max(0.0, normal.dot((key + view).normalized())), 36);
+                     0.20 * wrapped(normal.dot(fill)) * cool + (0.13 + 0.15 * sky) * cool;
+  const double highlight =
+      gloss * std::pow(std::max(0.0, normal.dot((key + view).normalized())), 36);
   return base.cwiseProduct(light) + Vec3::Constant(highlight);
 }
 
@@ -154,15 +155,16 @@ Vec3 Picture::body_colour(const Hit& hit, double x, double y, const ColourFuncti
     const int v = body_.F(hit.face, c);
     const auto k = static_cast<std::size_t>(c);
     p.corner[k] = body_.V.row(v);
-    p.vertex[k] = body_.vertex_source.empty() ? v : body_.vertex_source[static_cast<std::size_t>(v)];
+    p.vertex[k] =
+        body_.vertex_source.empty() ? v : body_.vertex_source[static_cast<std::size_t>(v)];
   }
   const Vec3 normal = (p.corner[1] - p.corner[0]).cross(p.corner[2] - p.corner[0]).normalized();
   double facing = direction.dot(normal);
   // Near the silhouette a pixel covers any amount of surface; lines there stay bounded.
   const double least = 0.12 * direction.norm();
   if (std::abs(facing) < least) facing = std::copysign(least, facing);
-  const double size = camera_.perspective ? camera_.pixel * static_cast<double>(hit.t)
-                                          : camera_.pixel;
+  const double size =
+      camera_.perspective ? camera_.pixel * static_cast<double>(hit.t) : camera_.pixel;
   const auto on_surface = [&](const Vec3& step) -> Vec3 {
     return size * (step - direction * (step.dot(normal) / facing));
   };
@@ -185,44 +187,44 @@ Image Picture::draw(const ColourFunction& colour, bool with_skeleton) const {
   const auto row = static_cast<std::size_t>(camera_.width * samples);
   const Vec3 background = to_linear(options_.background);
   const bool bones = with_skeleton && bone_scene_.has_value();
-  parallel_blocks(static_cast<std::size_t>(camera_.height), 8, [&](std::size_t begin,
-                                                                   std::size_t end) {
-    std::vector<Hit> traced(kept_.empty() ? row : 0), bone_hits(bones ? row : 0);
-    for (std::size_t y = begin; y < end; ++y) {
-      options_.progress.check();
-      std::span<const Hit> hits = traced;
-      if (kept_.empty()) {
-        trace_row(*scene_, static_cast<int>(y), traced);
-      } else {
-        hits = std::span(kept_).subspan(y * row, row);
-      }
-      if (bones) trace_row(*bone_scene_, static_cast<int>(y), bone_hits);
-      for (int x = 0; x < camera_.width; ++x) {
-        Vec3 sum = Vec3::Zero();
-        bool touched = false;
-        for (int s = 0; s < samples; ++s) {
-          const auto i = static_cast<std::size_t>(x * samples + s);
-          const double px = x + (s % side_ + 0.5) / side_;
-          const double py = static_cast<double>(y) + (s / side_ + 0.5) / side_;
-          const Hit& hit = hits[i];
-          Vec3 here = background;
-          if (hit.face >= 0) {
-            here = body_colour(hit, px, py, colour);
-            touched = true;
+  parallel_blocks(
+      static_cast<std::size_t>(camera_.height), 8, [&](std::size_t begin, std::size_t end) {
+        std::vector<Hit> traced(kept_.empty() ? row : 0), bone_hits(bones ? row : 0);
+        for (std::size_t y = begin; y < end; ++y) {
+          options_.progress.check();
+          std::span<const Hit> hits = traced;
+          if (kept_.empty()) {
+            trace_row(*scene_, static_cast<int>(y), traced);
+          } else {
+            hits = std::span(kept_).subspan(y * row, row);
           }
-          if (bones && bone_hits[i].face >= 0) {
-            // A bone under the skin shines through it.
-            const bool behind = hit.face >= 0 && bone_hits[i].t > hit.t;
-            const double opacity = behind ? 0.72 : 1.0;
-            here = (1 - opacity) * here + opacity * bone_colour_at(bone_hits[i], px, py);
-            touched = true;
+          if (bones) trace_row(*bone_scene_, static_cast<int>(y), bone_hits);
+          for (int x = 0; x < camera_.width; ++x) {
+            Vec3 sum = Vec3::Zero();
+            bool touched = false;
+            for (int s = 0; s < samples; ++s) {
+              const auto i = static_cast<std::size_t>(x * samples + s);
+              const double px = x + (s % side_ + 0.5) / side_;
+              const double py = static_cast<double>(y) + (s / side_ + 0.5) / side_;
+              const Hit& hit = hits[i];
+              Vec3 here = background;
+              if (hit.face >= 0) {
+                here = body_colour(hit, px, py, colour);
+                touched = true;
+              }
+              if (bones && bone_hits[i].face >= 0) {
+                // A bone under the skin shines through it.
+                const bool behind = hit.face >= 0 && bone_hits[i].t > hit.t;
+                const double opacity = behind ? 0.72 : 1.0;
+                here = (1 - opacity) * here + opacity * bone_colour_at(bone_hits[i], px, py);
+                touched = true;
+              }
+              sum += here;
+            }
+            if (touched) image.set(x, static_cast<int>(y), to_srgb(sum / samples));
           }
-          sum += here;
         }
-        if (touched) image.set(x, static_cast<int>(y), to_srgb(sum / samples));
-      }
-    }
-  });
+      });
   if (!options_.caption.empty()) {
     const int scale = camera_.width >= 600 ? 2 : 1, border = 6 * scale;
     const std::string line = shortened(options_.caption, camera_.width - 2 * border, scale);

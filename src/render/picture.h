@@ -13,11 +13,11 @@ namespace skinfield::render_detail {
 
 /// Where a ray met the body, as colour functions see it.
 struct SurfacePoint {
-  int face = 0;                  ///< of the input's F; of the discs for point clouds
-  std::array<int, 3> vertex{};   ///< input vertices of its corners
+  int face = 0;                 ///< of the input's F; of the discs for point clouds
+  std::array<int, 3> vertex{};  ///< input vertices of its corners
   std::array<double, 3> bary{};
-  std::array<Vec3, 3> corner;    ///< their positions
-  Vec3 dx, dy;                   ///< movement on the surface for one pixel to the right, down
+  std::array<Vec3, 3> corner;  ///< their positions
+  Vec3 dx, dy;                 ///< movement on the surface for one pixel to the right, down
 
   double interpolate(const Vector& values) const;
   /// Change of a linear function over the face, per pixel.

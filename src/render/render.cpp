@@ -24,8 +24,7 @@ Vec3 heat_at(const SurfacePoint& p, const Vector& weight) {
   const int level = std::clamp(static_cast<int>(std::lround(10 * w)), 1, 9);
   const double slope = p.slope(weight), width = level == 5 ? 1.3 : 0.65;  // pixels, halved
   // Lines nearer than three pixels would hide the colours; the middle one stays.
-  const bool line =
-      std::abs(w - 0.1 * level) < width * slope && (level == 5 || slope < 0.1 / 3);
+  const bool line = std::abs(w - 0.1 * level) < width * slope && (level == 5 || slope < 0.1 / 3);
   // Dark lines on the light half of the map, light ones on the dark half.
   return !line ? base : w > 0.45 ? Vec3(0.22 * base) : Vec3(0.45 * base + Vec3::Constant(0.33));
 }
@@ -83,9 +82,10 @@ double apparent_aspect(const Points& V, CameraOptions camera) {
 Grid layout(int tiles, double aspect, const RenderOptions& options,
             const ContactSheetOptions& sheet) {
   Grid grid;
-  grid.columns = sheet.columns > 0
-                     ? sheet.columns
-                     : std::clamp(static_cast<int>(std::ceil(std::sqrt(1.4 * tiles * aspect))), 1, 12);
+  grid.columns =
+      sheet.columns > 0
+          ? sheet.columns
+          : std::clamp(static_cast<int>(std::ceil(std::sqrt(1.4 * tiles * aspect))), 1, 12);
   grid.columns = std::min(grid.columns, std::max(tiles, 1));
   grid.rows = (tiles + grid.columns - 1) / grid.columns;
   grid.gap = std::max(2, options.width / 240);
@@ -169,12 +169,12 @@ Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows
   tile_options.caption.clear();
   const Picture picture(V, F, tile_options, true);
 
-  Image image(options.width,
-              grid.gap + grid.rows * (grid.tile_height + grid.label_height + grid.gap) +
-                  caption_height,
-              options.background);
-  const Rgb8 ink = to_linear(options.background).sum() < 0.6 ? Rgb8{225, 228, 232}
-                                                              : Rgb8{60, 64, 70};
+  Image image(
+      options.width,
+      grid.gap + grid.rows * (grid.tile_height + grid.label_height + grid.gap) + caption_height,
+      options.background);
+  const Rgb8 ink =
+      to_linear(options.background).sum() < 0.6 ? Rgb8{225, 228, 232} : Rgb8{60, 64, 70};
   const auto place = [&](int tile, const Image& content, const std::string& name) {
     const int x = grid.gap + tile % grid.columns * (grid.tile_width + grid.gap);
     const int y =
@@ -192,8 +192,7 @@ Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows
   for (int j = 0; j < bones; ++j) {
     options.progress("contact sheet", static_cast<double>(j) / bones);
     const Vector weight = by_column.col(j);
-    const std::string name =
-        names.empty() ? std::to_string(j) : names[static_cast<std::size_t>(j)];
+    const std::string name = names.empty() ? std::to_string(j) : names[static_cast<std::size_t>(j)];
     place(j + 1, picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, false),
           name);
   }

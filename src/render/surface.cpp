@@ -74,9 +74,9 @@ void add_dot(Builder& builder, const Vec3& centre, double radius) {
     const double theta = std::numbers::pi * i / parallels;
     for (int j = 0; j < meridians; ++j) {
       const double phi = 2 * std::numbers::pi * j / meridians;
-      const int v = builder.vertex(centre + radius * Vec3(std::sin(theta) * std::cos(phi),
-                                                          std::sin(theta) * std::sin(phi),
-                                                          std::cos(theta)));
+      const int v =
+          builder.vertex(centre + radius * Vec3(std::sin(theta) * std::cos(phi),
+                                                std::sin(theta) * std::sin(phi), std::cos(theta)));
       if (i == 1 && j == 0) first = v;
     }
   }
@@ -119,7 +119,8 @@ Points corner_normals(const Points& V, const Triangles& F, double crease) {
     for (int c = 0; c < 3; ++c) {
       const std::size_t slot = fill[vertex_of(f, c)]++;
       faces[slot] = f;
-      angle[slot] = corner_angle(V.row(F(f, c)), V.row(F(f, (c + 1) % 3)), V.row(F(f, (c + 2) % 3)));
+      angle[slot] =
+          corner_angle(V.row(F(f, c)), V.row(F(f, (c + 1) % 3)), V.row(F(f, (c + 2) % 3)));
     }
   }
   const double least = std::cos(crease * std::numbers::pi / 180);
@@ -133,8 +134,8 @@ Points corner_normals(const Points& V, const Triangles& F, double crease) {
         if (unit.row(faces[k]).dot(unit.row(f)) >= least) sum += angle[k] * unit.row(faces[k]);
       }
       const double length = sum.norm();
-      normals.row(3 * f + c) = length > 0 ? Eigen::RowVector3d(sum / length)
-                                          : Eigen::RowVector3d(unit.row(f));
+      normals.row(3 * f + c) =
+          length > 0 ? Eigen::RowVector3d(sum / length) : Eigen::RowVector3d(unit.row(f));
     }
   });
   return normals;

@@ -8,10 +8,10 @@
 namespace skinfield::render_detail {
 
 struct Surface {
-  Points V;                       ///< (k,3)
-  Triangles F;                    ///< (f,3)
-  Points corner_normals;          ///< (3f,3) unit
-  std::vector<int> vertex_source; ///< (k) input vertex, or empty: the same
+  Points V;                        ///< (k,3)
+  Triangles F;                     ///< (f,3)
+  Points corner_normals;           ///< (3f,3) unit
+  std::vector<int> vertex_source;  ///< (k) input vertex, or empty: the same
 };
 
 /// Angle-weighted normals, averaged only over neighbours within `crease` degrees of the face.

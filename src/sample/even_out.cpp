@@ -80,9 +80,7 @@ class Editor {
   Vec3 at(int v) const { return V_.row(v); }
   double length(int a, int b) const { return (V_.row(a) - V_.row(b)).norm(); }
   static bool has(const Face& f, int v) { return f[0] == v || f[1] == v || f[2] == v; }
-  Vec3 normal(const Face& f) const {
-    return (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0]));
-  }
+  Vec3 normal(const Face& f) const { return (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0])); }
 
   std::vector<int> neighbours(int v) {
     std::vector<int> list;

@@ -54,12 +54,24 @@ struct Leg {
 
 const std::array<Leg, 2>& legs() {
   static const std::array<Leg, 2> list = {{
-      {"leg_front", "spine_04", {0.040, 0.082, 0.150}, {0.112, 0.078, 0.128},
-       {0.146, 0.028, 0.168}, {0.154, 0.016, 0.186}, {-32, 5, 42, 82},
-       {0.040, 0.048, 0.048, 0.040}, 1.0},
-      {"leg_back", "root", {0.036, 0.074, -0.070}, {0.110, 0.076, -0.030},
-       {0.148, 0.028, -0.084}, {0.158, 0.016, -0.068}, {-18, 20, 58, 100},
-       {0.042, 0.052, 0.052, 0.042}, 1.15},
+      {"leg_front",
+       "spine_04",
+       {0.040, 0.082, 0.150},
+       {0.112, 0.078, 0.128},
+       {0.146, 0.028, 0.168},
+       {0.154, 0.016, 0.186},
+       {-32, 5, 42, 82},
+       {0.040, 0.048, 0.048, 0.040},
+       1.0},
+      {"leg_back",
+       "root",
+       {0.036, 0.074, -0.070},
+       {0.110, 0.076, -0.030},
+       {0.148, 0.028, -0.084},
+       {0.158, 0.016, -0.068},
+       {-18, 20, 58, 100},
+       {0.042, 0.052, 0.052, 0.042},
+       1.15},
   }};
   return list;
 }
@@ -177,8 +189,8 @@ Vec3 skin_colour(const Vec3& x) {
   const double reach = std::abs(x.x());
   const double trunk = 1 - smooth_step(0.10, 0.15, reach);
   const double dark = (1 - on_tail) * spots * (0.45 + 0.55 * trunk) + on_tail * 0.9 * bands;
-  const double top = smooth_step(0.045, 0.085, x.y() + 0.045 * on_tail +
-                                                    0.06 * smooth_step(0.06, 0.10, reach));
+  const double top =
+      smooth_step(0.045, 0.085, x.y() + 0.045 * on_tail + 0.06 * smooth_step(0.06, 0.10, reach));
   Vec3 colour = pale + top * (sand + dark * (brown - sand) - pale);
   for (const double side : {1.0, -1.0}) {
     const Vec3 eye = mirrored(left_eye, side);

@@ -25,7 +25,8 @@ class Binary {
   int accessor(const std::vector<Value>& values, int width, const char* type, int component,
                int target, bool with_bounds = false) {
     while (bytes_.size() % 4) bytes_.push_back(0);
-    Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()},
+    Json view = {{"buffer", 0},
+                 {"byteOffset", bytes_.size()},
                  {"byteLength", values.size() * sizeof(Value)}};
     if (target != no_target) view["target"] = target;
     const auto* raw = reinterpret_cast<const std::uint8_t*>(values.data());
@@ -80,7 +81,8 @@ Json mesh_json(const SampleCharacter& character, Binary& binary, Json& materials
           index = static_cast<std::int32_t>(count++);
           append(positions, character.mesh.V.row(v).transpose());
           const double length = normals.row(v).norm();
-          append(directions, length > 0 ? Vec3(normals.row(v).transpose() / length) : Vec3::UnitY());
+          append(directions,
+                 length > 0 ? Vec3(normals.row(v).transpose() / length) : Vec3::UnitY());
           append(colours, character.colours.row(v).transpose());
           const int handle = owner[static_cast<std::size_t>(v)];
           const int joint = character.skeleton.column[static_cast<std::size_t>(handle)];
@@ -98,12 +100,11 @@ Json mesh_json(const SampleCharacter& character, Binary& binary, Json& materials
     attributes["WEIGHTS_0"] = binary.accessor(weights, 4, "VEC4", gl_float, array_buffer);
     primitives.push_back(
         {{"attributes", attributes},
-         {"indices",
-          binary.accessor(indices, 1, "SCALAR", gl_unsigned_int, element_array_buffer)},
+         {"indices", binary.accessor(indices, 1, "SCALAR", gl_unsigned_int, element_array_buffer)},
          {"material", materials.size()}});
-    materials.push_back({{"name", part.name},
-                         {"pbrMetallicRoughness",
-                          {{"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}});
+    materials.push_back(
+        {{"name", part.name},
+         {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}});
   }
   return {{"name", character.name}, {"primitives", primitives}};
 }
@@ -114,8 +115,8 @@ Json animation_json(const SampleCharacter& character, Binary& binary) {
   std::vector<float> times(source.time.begin(), source.time.end());
   const int input = binary.accessor(times, 1, "SCALAR", gl_float, no_target, true);
   const auto add = [&](std::size_t joint, const char* path, int output) {
-    channels.push_back({{"sampler", samplers.size()},
-                        {"target", {{"node", joint}, {"path", path}}}});
+    channels.push_back(
+        {{"sampler", samplers.size()}, {"target", {{"node", joint}, {"path", path}}}});
     samplers.push_back({{"input", input}, {"interpolation", "LINEAR"}, {"output", output}});
   };
   for (std::size_t j = 0; j < character.skeleton.joints.size(); ++j) {
@@ -149,11 +150,12 @@ Json node_list(const SampleCharacter& character) {
                      {"translation", translation(joint.local_rest.topRightCorner<3, 1>())}});
   }
   for (std::size_t j = 0; j < joints.size(); ++j) {
-    if (joints[j].parent >= 0) nodes[static_cast<std::size_t>(joints[j].parent)]["children"].push_back(j);
+    if (joints[j].parent >= 0)
+      nodes[static_cast<std::size_t>(joints[j].parent)]["children"].push_back(j);
     for (const JointTip& tip : joints[j].tips) {
       nodes[j]["children"].push_back(nodes.size());
-      nodes.push_back({{"name", tip.name},
-                       {"translation", translation(tip.position - joints[j].position)}});
+      nodes.push_back(
+          {{"name", tip.name}, {"translation", translation(tip.position - joints[j].position)}});
     }
   }
   nodes.push_back({{"name", character.name}, {"mesh", 0}, {"skin", 0}});
@@ -190,11 +192,11 @@ std::vector<std::uint8_t> sample_glb(const SampleCharacter& character) {
     for (int i = 0; i < 16; ++i) inverse_binds.push_back(static_cast<float>(T.data()[i]));
     joints.push_back(j);
   }
-  document["skins"] = {{{"name", character.name},
-                        {"inverseBindMatrices",
-                         binary.accessor(inverse_binds, 16, "MAT4", gl_float, no_target)},
-                        {"skeleton", 0},
-                        {"joints", joints}}};
+  document["skins"] = {
+      {{"name", character.name},
+       {"inverseBindMatrices", binary.accessor(inverse_binds, 16, "MAT4", gl_float, no_target)},
+       {"skeleton", 0},
+       {"joints", joints}}};
   document["animations"] = {animation_json(character, binary)};
   document["buffers"] = {{{"byteLength", binary.bytes().size()}}};
 

@@ -10,9 +10,9 @@ namespace skinfield::sample_detail {
 /// A capsule with a radius at each end, or an axis-aligned ellipsoid.
 struct Primitive {
   bool ellipsoid = false;
-  Vec3 a, b;             ///< ends; of an ellipsoid its centre and radii
+  Vec3 a, b;  ///< ends; of an ellipsoid its centre and radii
   double radius_a = 0, radius_b = 0;
-  double blend = 0.01;   ///< width of the fillet with what came before
+  double blend = 0.01;  ///< width of the fillet with what came before
 
   /// Near the surface its distance, negative inside.
   double distance(const Vec3& x) const;

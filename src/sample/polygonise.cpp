@@ -39,15 +39,14 @@ class Lattice {
     origin_ = box.row(0).transpose() - Vec3::Constant(block_nodes * half_);
     const Vec3 size = box.row(1).transpose() - origin_;
     for (std::size_t d = 0; d < 3; ++d) {
-      blocks_[d] =
-          static_cast<int>(size[static_cast<Eigen::Index>(d)] / (block_nodes * half_)) + 2;
+      blocks_[d] = static_cast<int>(size[static_cast<Eigen::Index>(d)] / (block_nodes * half_)) + 2;
     }
     lists_.resize(static_cast<std::size_t>(blocks_[0] * blocks_[1] * blocks_[2]));
     active_.resize(lists_.size());
     const double radius = 0.5 * std::sqrt(3.0) * block_nodes * half_;
     parallel_for(lists_.size(), 64, [&](std::size_t b) {
-      const Vec3 centre = origin_ + half_ * block_nodes * (corner(b).cast<double>() +
-                                                           Vec3::Constant(0.5));
+      const Vec3 centre =
+          origin_ + half_ * block_nodes * (corner(b).cast<double>() + Vec3::Constant(0.5));
       lists_[b] = shape_.near(centre, radius);
       // Tetrahedra reach a step beyond the block; the field's slope stays under 1.5.
       active_[b] = std::abs(shape_.at(centre)) < 1.5 * (radius + 2 * half_);
@@ -95,8 +94,8 @@ class Lattice {
     const auto clamped = [&](int n, std::size_t d) {
       return std::clamp(n / block_nodes, 0, blocks_[d] - 1);
     };
-    return static_cast<std::size_t>(
-        (clamped(x, 0) * blocks_[1] + clamped(y, 1)) * blocks_[2] + clamped(z, 2));
+    return static_cast<std::size_t>((clamped(x, 0) * blocks_[1] + clamped(y, 1)) * blocks_[2] +
+                                    clamped(z, 2));
   }
 
   const ImplicitShape& shape_;
@@ -119,8 +118,8 @@ class BlockValues {
     known_.resize(values_.size());
   }
   double at(const Node& n) {
-    const auto i = static_cast<std::size_t>(
-        ((n[0] - low_[0]) * side + n[1] - low_[1]) * side + n[2] - low_[2]);
+    const auto i = static_cast<std::size_t>(((n[0] - low_[0]) * side + n[1] - low_[1]) * side +
+                                            n[2] - low_[2]);
     if (!known_[i]) {
       values_[i] = lattice_.value(n);
       known_[i] = 1;
@@ -142,8 +141,10 @@ void march(const std::array<Node, 4>& tet, BlockValues& values,
   std::array<int, 4> in{}, outside{};
   std::size_t inside_count = 0, outside_count = 0;
   for (int c = 0; c < 4; ++c) {
-    if (values.at(tet[static_cast<std::size_t>(c)]) < 0) in[inside_count++] = c;
-    else outside[outside_count++] = c;
+    if (values.at(tet[static_cast<std::size_t>(c)]) < 0)
+      in[inside_count++] = c;
+    else
+      outside[outside_count++] = c;
   }
   if (inside_count == 0 || outside_count == 0) return;
   const auto edge = [&](std::size_t i, std::size_t o) {
@@ -156,7 +157,8 @@ void march(const std::array<Node, 4>& tet, BlockValues& values,
   };
   Vec3 outward = Vec3::Zero();
   for (std::size_t o = 0; o < outside_count; ++o) {
-    outward += point(tet[static_cast<std::size_t>(outside[o])]) / static_cast<double>(outside_count);
+    outward +=
+        point(tet[static_cast<std::size_t>(outside[o])]) / static_cast<double>(outside_count);
   }
   for (std::size_t i = 0; i < inside_count; ++i) {
     outward -= point(tet[static_cast<std::size_t>(in[i])]) / static_cast<double>(inside_count);
@@ -189,8 +191,7 @@ void march_block(const Lattice& lattice, std::size_t block,
           const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
           Node b = a;
           b[axis] += 2;
-          const std::array<std::pair<int, int>, 4> ring = {
-              {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
+          const std::array<std::pair<int, int>, 4> ring = {{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
           for (std::size_t r = 0; r < 4; ++r) {
             Node p = a, q = a;
             p[axis] += 1;

@@ -100,8 +100,7 @@ void build(Assembly& parts) {
     parts.cylinder("arm_lower" + end, at(0.308, 1.12, -0.003), 0.06, at(0.342, 0.82, 0.03), 0.07,
                    blue);
     parts.box("hand" + end, at(0.345, 0.765, 0.04), {0.085, 0.15, 0.13}, 0.036, dark);
-    parts.cylinder("leg_upper" + end, at(0.108, 0.90, 0), 0.085, at(0.12, 0.44, 0.01), 0.07,
-                   white);
+    parts.cylinder("leg_upper" + end, at(0.108, 0.90, 0), 0.085, at(0.12, 0.44, 0.01), 0.07, white);
     parts.box("leg_lower" + end, at(0.12, 0.335, -0.005), {0.16, 0.36, 0.18}, 0.06, blue);
     parts.box("foot" + end, at(0.12, 0.065, 0.045), {0.17, 0.13, 0.33}, 0.05, dark);
   }

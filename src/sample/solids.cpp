@@ -12,8 +12,7 @@ namespace {
 std::vector<double> grid_lines(double half, double radius, double edge) {
   const double inner = half - radius;
   const int bend = std::max(2, static_cast<int>(std::lround(0.8 * radius / edge)));
-  const int straight =
-      inner > 0 ? std::max(1, static_cast<int>(std::lround(2 * inner / edge))) : 0;
+  const int straight = inner > 0 ? std::max(1, static_cast<int>(std::lround(2 * inner / edge))) : 0;
   std::vector<double> lines;
   for (int i = 0; i < bend; ++i) {
     // Equal angles on the rounded edge.
@@ -77,12 +76,13 @@ void SolidBuilder::cylinder(const Vec3& a, double radius_a, const Vec3& b, doubl
   const Vec3 axis = b - a;
   const double length = axis.norm();
   const Vec3 along = axis / length;
-  const Vec3 side = along.cross(std::abs(along.x()) < 0.6 ? Vec3::UnitX() : Vec3::UnitZ())
-                        .normalized();
+  const Vec3 side =
+      along.cross(std::abs(along.x()) < 0.6 ? Vec3::UnitX() : Vec3::UnitZ()).normalized();
   const Vec3 other = along.cross(side);
   std::vector<std::pair<double, double>> profile;
   const auto run = [&](double z0, double r0, double z1, double r1) {
-    const int steps = std::max(1, static_cast<int>(std::lround(std::hypot(z1 - z0, r1 - r0) / edge_)));
+    const int steps =
+        std::max(1, static_cast<int>(std::lround(std::hypot(z1 - z0, r1 - r0) / edge_)));
     for (int i = 0; i < steps; ++i) {
       const double t = static_cast<double>(i) / steps;
       profile.emplace_back(z0 + t * (z1 - z0), r0 + t * (r1 - r0));
@@ -102,14 +102,16 @@ void SolidBuilder::cylinder(const Vec3& a, double radius_a, const Vec3& b, doubl
   run(length, radius_b - rim, length, 0);
 
   const int around = std::max(
-      8, static_cast<int>(std::lround(2 * std::numbers::pi * std::max(radius_a, radius_b) / edge_)));
+      8,
+      static_cast<int>(std::lround(2 * std::numbers::pi * std::max(radius_a, radius_b) / edge_)));
   const int bottom = vertices();
   positions_.push_back(a);
   for (std::size_t ring = 1; ring < profile.size(); ++ring) {
     for (int k = 0; k < around; ++k) {
       const double angle = 2 * std::numbers::pi * k / around;
       positions_.push_back(a + profile[ring].first * along +
-                           profile[ring].second * (std::cos(angle) * side + std::sin(angle) * other));
+                           profile[ring].second *
+                               (std::cos(angle) * side + std::sin(angle) * other));
     }
   }
   const int top = vertices();

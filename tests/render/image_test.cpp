@@ -19,8 +19,9 @@ Image pattern() {
   Image image(37, 23, {10, 20, 30});
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      image.set(x, y, {static_cast<std::uint8_t>(7 * x), static_cast<std::uint8_t>(11 * y),
-                       static_cast<std::uint8_t>(x * y)});
+      image.set(x, y,
+                {static_cast<std::uint8_t>(7 * x), static_cast<std::uint8_t>(11 * y),
+                 static_cast<std::uint8_t>(x * y)});
     }
   }
   return image;

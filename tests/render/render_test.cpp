@@ -230,8 +230,8 @@ TEST(Render, CameraKeepsEveryPointInsideItsMargin) {
         tightest = std::min({tightest, p.x(), 400 - p.x(), p.y(), 300 - p.y()});
         EXPECT_GT(p.z(), 0);
         // Casting the ray through the pixel comes back to the point.
-        const Vec3 back = camera.ray_origin(p.x(), p.y()) +
-                          p.z() * camera.ray_direction(p.x(), p.y());
+        const Vec3 back =
+            camera.ray_origin(p.x(), p.y()) + p.z() * camera.ray_direction(p.x(), p.y());
         EXPECT_LT((back - V.row(v).transpose()).norm(), 1e-9);
       }
       EXPECT_NEAR(tightest, 15, 1e-6);

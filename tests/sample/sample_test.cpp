@@ -226,7 +226,8 @@ TEST(Sample, GlbHasTheContainersLengths) {
   const std::vector<std::uint8_t> glb = sample_glb(small("robot"));
   const auto word = [&](std::size_t at) {
     return static_cast<std::size_t>(glb[at]) | static_cast<std::size_t>(glb[at + 1]) << 8 |
-           static_cast<std::size_t>(glb[at + 2]) << 16 | static_cast<std::size_t>(glb[at + 3]) << 24;
+           static_cast<std::size_t>(glb[at + 2]) << 16 |
+           static_cast<std::size_t>(glb[at + 3]) << 24;
   };
   ASSERT_GT(glb.size(), 28u);
   EXPECT_EQ(word(0), 0x46546C67u);

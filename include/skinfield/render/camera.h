@@ -6,11 +6,11 @@
 namespace skinfield {
 
 struct CameraOptions {
-  double yaw = 35;          ///< degrees around `up`; 0 looks at the front (+z where y is up)
-  double pitch = 20;        ///< degrees; positive looks down
+  double yaw = 35;            ///< degrees around `up`; 0 looks at the front (+z where y is up)
+  double pitch = 20;          ///< degrees; positive looks down
   double field_of_view = 28;  ///< degrees of the picture's height; 0 = orthographic
-  double margin = 0.05;     ///< free border, as a share of the picture's smaller side
-  Vec3 up = Vec3::UnitY();  ///< any non-zero direction; z-up files pass UnitZ
+  double margin = 0.05;       ///< free border, as a share of the picture's smaller side
+  Vec3 up = Vec3::UnitY();    ///< any non-zero direction; z-up files pass UnitZ
 };
 
 /// Picture coordinates run from (0,0), the upper left corner, to (width, height).

@@ -29,13 +29,13 @@ SkeletonOverlay skeleton_overlay(const Skeleton& skeleton, std::span<const Trans
 
 struct RenderOptions {
   int width = 960, height = 720;
-  int samples_per_side = 3;         ///< 1..4, squared: the samples a pixel
+  int samples_per_side = 3;  ///< 1..4, squared: the samples a pixel
   CameraOptions camera;
   Rgb8 background = {238, 240, 243};
-  double crease = 55;               ///< degrees between faces from which an edge looks sharp
-  Points normals;                   ///< (n,3) of a point cloud, or empty: discs face the viewer
-  SkeletonOverlay skeleton;         ///< empty: none
-  std::string caption;              ///< a line at the lower border, or empty
+  double crease = 55;        ///< degrees between faces from which an edge looks sharp
+  Points normals;            ///< (n,3) of a point cloud, or empty: discs face the viewer
+  SkeletonOverlay skeleton;  ///< empty: none
+  std::string caption;       ///< a line at the lower border, or empty
   Progress progress;
 };
 
@@ -56,12 +56,11 @@ Image render_dominant(const Points& V, const Triangles& F, const SparseRows& W,
 /// and options.height is not used; options.skeleton appears in a first, additional tile of
 /// dominant colours. names: (m) or empty (column numbers).
 struct ContactSheetOptions {
-  int columns = 0;                  ///< tiles a row; 0: by the number of bones
-  double tile_aspect = 0;           ///< height over width; 0: by the shape
+  int columns = 0;         ///< tiles a row; 0: by the number of bones
+  double tile_aspect = 0;  ///< height over width; 0: by the shape
 };
 Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows& W,
-                           const std::vector<std::string>& names,
-                           const RenderOptions& options = {},
+                           const std::vector<std::string>& names, const RenderOptions& options = {},
                            const ContactSheetOptions& sheet = {});
 
 /// A shaded (posed) mesh. colours: linear RGB per face (f,3), per vertex (n,3), one row for all,

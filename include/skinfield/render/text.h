@@ -8,8 +8,8 @@
 
 namespace skinfield {
 
-constexpr int glyph_width = 5;    ///< pixels of ink; a sixth column separates glyphs
-constexpr int glyph_height = 9;   ///< seven rows above the base line, two below
+constexpr int glyph_width = 5;   ///< pixels of ink; a sixth column separates glyphs
+constexpr int glyph_height = 9;  ///< seven rows above the base line, two below
 
 /// Nine rows from the top, bit 4 = leftmost column. Anything outside 32..126 gives '?'.
 const std::array<std::uint8_t, glyph_height>& glyph(char character);

@@ -42,8 +42,8 @@ struct SamplePose {
 /// A loop: the last key equals the first.
 struct SampleAnimation {
   std::string name;
-  std::vector<double> time;       ///< seconds, ascending from 0
-  std::vector<SamplePose> key;    ///< as many
+  std::vector<double> time;     ///< seconds, ascending from 0
+  std::vector<SamplePose> key;  ///< as many
 };
 
 struct SampleCharacter {
