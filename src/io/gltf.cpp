@@ -34,10 +34,7 @@ class Reader {
   std::vector<char> nodes_of_scene() const;
   void add_binding(std::size_t character, int node, int skin, const Transform& to_character);
   void add_parts(std::size_t character, Binding& binding, const Skin* skin);
-  Transform place(const Gathering& gathering, const Binding& binding, const Skin& skin,
-                  std::vector<PrimitiveData>& pieces);
   void finish(std::size_t character);
-  std::string skin_key(const Skin& skin) const;
   Eigen::Vector3d colour(const Json& primitive, const std::string& who) const;
 
   std::shared_ptr<GltfDocument> document_;
@@ -46,57 +43,6 @@ class Reader {
   std::int64_t vertices_ = 0;
 };
 
-Transform affine_inverse(const Transform& T) {
-  Transform inverse = Transform::Identity();
-  inverse.topLeftCorner<3, 3>() = T.topLeftCorner<3, 3>().inverse();
-  inverse.topRightCorner<3, 1>() = -inverse.topLeftCorner<3, 3>() * T.topRightCorner<3, 1>();
-  return inverse;
-}
-
-bool invertible(const Transform& T) {
-  const Eigen::Matrix3d L = T.topLeftCorner<3, 3>();
-  const double size = L.norm();
-  return std::abs(L.determinant()) > 1e-12 * size * size * size;
-}
-
-void apply(const Transform& T, PrimitiveData& piece) {
-  if (T.isIdentity(0)) return;
-  const Eigen::Matrix3d L = T.topLeftCorner<3, 3>();
-  const Eigen::RowVector3d t = T.topRightCorner<3, 1>().transpose();
-  piece.V = ((piece.V * L.transpose()).rowwise() + t).eval();
-  if (piece.N.rows() > 0 && invertible(T)) piece.N = (piece.N * L.inverse()).eval();
-}
-
-/// The largest distance that the corners of `box` move apart under A and B.
-double corner_distance(const Box3& box, const Transform& A, const Transform& B) {
-  double worst = 0;
-  for (int k = 0; k < 8; ++k) {
-    const Eigen::Vector4d corner(box(k & 1, 0), box(k >> 1 & 1, 1), box(k >> 2 & 1, 2), 1);
-    worst = std::max(worst, ((A - B) * corner).norm());
-  }
-  return worst;
-}
-
-/// How the pieces' vertices follow their weights from their own bind pose to the character's.
-void blend(const std::vector<Transform>& T, const Transform& otherwise, PrimitiveData& piece) {
-  std::vector<Transform> of_vertex(static_cast<std::size_t>(piece.V.rows()), Transform::Zero());
-  std::vector<double> sum(of_vertex.size(), 0.0);
-  for (const auto& entry : piece.weights) {
-    const auto v = static_cast<std::size_t>(entry.row());
-    of_vertex[v] += entry.value() * T[static_cast<std::size_t>(entry.col())];
-    sum[v] += entry.value();
-  }
-  for (Eigen::Index v = 0; v < piece.V.rows(); ++v) {
-    const auto k = static_cast<std::size_t>(v);
-    PrimitiveData one;
-    one.V = piece.V.row(v);
-    if (piece.N.rows() > 0) one.N = piece.N.row(v);
-    apply(sum[k] > 0 ? of_vertex[k] : otherwise, one);
-    piece.V.row(v) = one.V.row(0);
-    if (piece.N.rows() > 0) piece.N.row(v) = one.N.row(0);
-  }
-}
-
 Asset Reader::read() {
   asset_.path = document_->name;
   gather_skinned();
@@ -104,16 +50,6 @@ Asset Reader::read() {
   for (std::size_t c = 0; c < gatherings_.size(); ++c) finish(c);
   asset_.document = document_;
   return std::move(asset_);
-}
-
-/// Skins of equal key move vertices in the same way, so a mesh under two of them is the same twice.
-std::string Reader::skin_key(const Skin& skin) const {
-  std::string key(reinterpret_cast<const char*>(skin.joints.data()),
-                  skin.joints.size() * sizeof(int));
-  for (const Transform& T : skin.inverse_bind) {
-    key.append(reinterpret_cast<const char*>(T.data()), sizeof(double) * 16);
-  }
-  return key;
 }
 
 void Reader::gather_skinned() {
@@ -268,7 +204,14 @@ void Reader::add_parts(std::size_t c, Binding& binding, const Skin* skin) {
   }
   binding.part_end = static_cast<int>(character.parts.size());
   if (skin) {
-    binding.to_character = place(gathering, binding, *skin, pieces);
+    bool posed = false;
+    binding.to_character =
+        place_in_bind_space(gathering.skins.front(), *skin, binding.slot_of_column, pieces, posed);
+    if (posed) {
+      asset_.warnings.push_back(
+          "skin " + std::to_string(binding.skin) + " was bound in another pose than skin " +
+          std::to_string(gathering.first_skin) + ": its parts are posed by their weights");
+    }
     // From here on weights name the character's columns.
     std::vector<int> column(skin->joints.size(), -1);
     for (std::size_t j = 0; j < binding.slot_of_column.size(); ++j) {
@@ -280,52 +223,9 @@ void Reader::add_parts(std::size_t c, Binding& binding, const Skin* skin) {
       }
     }
   } else {
-    for (PrimitiveData& piece : pieces) apply(binding.to_character, piece);
+    for (PrimitiveData& piece : pieces) move_piece(binding.to_character, piece);
   }
   for (PrimitiveData& piece : pieces) gathering.pieces.push_back(std::move(piece));
-}
-
-/// Takes the pieces from their skin's bind space to the first skin's; returns the map.
-Transform Reader::place(const Gathering& gathering, const Binding& binding, const Skin& skin,
-                        std::vector<PrimitiveData>& pieces) {
-  const Skin& first = gathering.skins.front();
-  if (skin_key(skin) == skin_key(first) || pieces.empty()) return Transform::Identity();
-  std::vector<char> used(skin.joints.size(), 0);
-  Box3 box = bounding_box(pieces.front().V);
-  for (const PrimitiveData& piece : pieces) {
-    for (const auto& entry : piece.weights) used[static_cast<std::size_t>(entry.col())] = 1;
-    const Box3 other = bounding_box(piece.V);
-    box.row(0) = box.row(0).cwiseMin(other.row(0));
-    box.row(1) = box.row(1).cwiseMax(other.row(1));
-  }
-  const bool any_used = std::find(used.begin(), used.end(), 1) != used.end();
-  std::vector<Transform> T(skin.joints.size(), Transform::Identity());
-  int reference = -1;
-  bool consistent = true;
-  for (std::size_t j = 0; j < binding.slot_of_column.size(); ++j) {
-    const auto slot = static_cast<std::size_t>(binding.slot_of_column[j]);
-    if ((any_used && !used[slot]) || !invertible(first.inverse_bind[j])) continue;
-    T[slot] = affine_inverse(first.inverse_bind[j]) * skin.inverse_bind[slot];
-    if (reference < 0) reference = static_cast<int>(slot);
-    const Transform& R = T[static_cast<std::size_t>(reference)];
-    const double size = R.topLeftCorner<3, 3>().norm() * diagonal(box);
-    if (corner_distance(box, T[slot], R) > 1e-3 * size) consistent = false;
-  }
-  if (reference < 0) return Transform::Identity();
-  Transform common = T[static_cast<std::size_t>(reference)];
-  const Transform identity = Transform::Identity();
-  if (corner_distance(box, common, identity) <= 1e-5 * diagonal(box)) common = identity;
-  if (consistent) {
-    for (PrimitiveData& piece : pieces) apply(common, piece);
-  } else {
-    asset_.warnings.push_back("skin " + std::to_string(binding.skin) +
-                              " was bound in another pose "
-                              "than skin " +
-                              std::to_string(gathering.first_skin) +
-                              ": its parts are posed by their weights");
-    for (PrimitiveData& piece : pieces) blend(T, common, piece);
-  }
-  return common;
 }
 
 void Reader::finish(std::size_t c) {
@@ -376,6 +276,7 @@ void Reader::finish(std::size_t c) {
   }
   if (!V.allFinite())
     document_->fail("its transforms take vertices to infinity", "export it again");
+  if (character.name.empty()) character.name = character.parts.front().name;
   const std::string who = "character '" + character.name + "': ";
   if (character.non_finite_weight_rows > 0) {
     asset_.warnings.push_back(who + std::to_string(character.non_finite_weight_rows) +

@@ -134,4 +134,15 @@ struct PrimitiveData {
 PrimitiveData read_primitive(const GltfDocument& document, const Json& primitive, int slots,
                              const std::string& who);
 
+/// Skins of equal key move vertices in the same way, so a mesh under two of them is the same twice.
+std::string skin_key(const Skin& skin);
+/// Applies a transform to positions and, by its inverse transpose, to normals.
+void move_piece(const Transform& T, PrimitiveData& piece);
+/// Takes pieces from their skin's bind space to that of the `first` skin and returns the map.
+/// `slot_of_column`: places in `skin` of the first one's joints. `posed`: the two skins were bound
+/// in different poses, so no one map does it and vertices followed their weights.
+Transform place_in_bind_space(const Skin& first, const Skin& skin,
+                              const std::vector<int>& slot_of_column,
+                              std::vector<PrimitiveData>& pieces, bool& posed);
+
 }  // namespace skinfield::gltf

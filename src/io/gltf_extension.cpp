@@ -60,58 +60,58 @@ void Extension::release(const std::set<int>& accessors) {
     if (accessor.contains("sparse")) continue;  // its index and value views would stay behind
     free_accessors_.insert(a);
     const auto view = static_cast<std::size_t>(number(accessor, "bufferView"));
-    if (accessor.contains("bufferView") && view < views) free_views_.insert(static_cast<int>(view));
+    if (!accessor.contains("bufferView") || view >= views) continue;
+    const auto buffer = static_cast<std::size_t>(number(json["bufferViews"][view], "buffer"));
+    if (buffer < buffers.size() && buffers[buffer]) free_views_.insert(static_cast<int>(view));
   }
   for_views(json, free_accessors_, [this](int view) { free_views_.erase(view); });
 }
 
-std::size_t Extension::append_bytes(const std::string& bytes) {
-  if (buffer_ < 0) {
-    buffer_ = static_cast<int>(buffers.size());
-    array_of(json, "buffers").push_back({{"byteLength", 0}});
-    buffers.emplace_back(std::string());
-  }
-  std::string& buffer = *buffers[static_cast<std::size_t>(buffer_)];
+std::size_t Extension::append_bytes(int index, const std::string& bytes) {
+  std::string& buffer = *buffers[static_cast<std::size_t>(index)];
   buffer.resize((buffer.size() + 3) / 4 * 4, '\0');
   const std::size_t offset = buffer.size();
   buffer += bytes;
-  json["buffers"][static_cast<std::size_t>(buffer_)]["byteLength"] = buffer.size();
+  json["buffers"][static_cast<std::size_t>(index)]["byteLength"] = buffer.size();
   return offset;
-}
-
-void Extension::fill_view(Json& view, std::size_t offset, std::size_t length, int target) {
-  view["buffer"] = buffer_;
-  view["byteOffset"] = offset;
-  view["byteLength"] = length;
-  view.erase("byteStride");
-  if (target) view["target"] = target;
 }
 
 int Extension::place_view(const std::string& bytes, int target, int old_view) {
   Json& views = array_of(json, "bufferViews");
+  const auto fill = [&](Json& view, int buffer, std::size_t offset) {
+    view["buffer"] = buffer;
+    view["byteOffset"] = offset;
+    view["byteLength"] = bytes.size();
+    view.erase("byteStride");
+    if (target) view["target"] = target;
+  };
   if (old_view < 0 || free_views_.erase(old_view) == 0) {
-    const std::size_t offset = append_bytes(bytes);
+    if (buffer_ < 0) {
+      buffer_ = static_cast<int>(buffers.size());
+      array_of(json, "buffers").push_back({{"byteLength", 0}});
+      buffers.emplace_back(std::string());
+    }
     Json view = Json::object();
-    fill_view(view, offset, bytes.size(), target);
+    fill(view, buffer_, append_bytes(buffer_, bytes));
     views.push_back(std::move(view));
     return static_cast<int>(views.size()) - 1;
   }
+  // The new data goes into the old one's buffer, which might have no other use; in its place if
+  // it fits there and nothing else lies there.
   Json& view = views[static_cast<std::size_t>(old_view)];
   const std::int64_t begin = number(view, "byteOffset"), length = number(view, "byteLength");
-  bool alone = number(view, "buffer") == buffer_ && begin % 4 == 0 &&
-               static_cast<std::int64_t>(bytes.size()) <= length;
+  const auto buffer = static_cast<int>(number(view, "buffer"));
+  bool alone = begin % 4 == 0 && static_cast<std::int64_t>(bytes.size()) <= length;
   for (std::size_t v = 0; v < views.size() && alone; ++v) {
-    if (static_cast<int>(v) == old_view || number(views[v], "buffer") != buffer_) continue;
+    if (static_cast<int>(v) == old_view || number(views[v], "buffer") != buffer) continue;
     const std::int64_t other = number(views[v], "byteOffset");
     alone = other + number(views[v], "byteLength") <= begin || other >= begin + length;
   }
   if (alone) {
-    buffers[static_cast<std::size_t>(buffer_)]->replace(static_cast<std::size_t>(begin),
-                                                        bytes.size(), bytes);
-    fill_view(view, static_cast<std::size_t>(begin), bytes.size(), target);
-  } else {
-    fill_view(view, append_bytes(bytes), bytes.size(), target);
+    buffers[static_cast<std::size_t>(buffer)]->replace(static_cast<std::size_t>(begin),
+                                                       bytes.size(), bytes);
   }
+  fill(view, buffer, alone ? static_cast<std::size_t>(begin) : append_bytes(buffer, bytes));
   return old_view;
 }
 

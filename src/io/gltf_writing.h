@@ -23,7 +23,7 @@ PackedWeights pack_weights(const SparseRows& W, int begin, int end,
                            const std::vector<int>& slot_of_column, GltfWeightFormat format,
                            int sets);
 
-/// A document being extended: new bytes go to the end of one buffer.
+/// A document being extended: new bytes go to the end of its first buffer with data.
 class Extension {
  public:
   Extension(Json json, std::vector<std::optional<std::string>> buffers);
@@ -40,8 +40,7 @@ class Extension {
 
  private:
   int place_view(const std::string& bytes, int target, int old_view);
-  std::size_t append_bytes(const std::string& bytes);
-  void fill_view(Json& view, std::size_t offset, std::size_t length, int target);
+  std::size_t append_bytes(int buffer, const std::string& bytes);
 
   int buffer_ = -1;
   std::set<int> free_accessors_, free_views_;
