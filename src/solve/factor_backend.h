@@ -13,6 +13,7 @@ struct SparseFactor::Backend {
   virtual std::int64_t nonzeros() const = 0;
 };
 
+std::unique_ptr<SparseFactor::Backend> make_supernodal_factor();
 std::unique_ptr<SparseFactor::Backend> make_eigen_factor();
 /// Null where the build has no CHOLMOD.
 std::unique_ptr<SparseFactor::Backend> make_cholmod_factor();

@@ -21,10 +21,10 @@ std::unique_ptr<SparseFactor::Backend> make(FactorBackend which) {
       return backend;
     }
     case FactorBackend::automatic:
+    case FactorBackend::supernodal:
       break;
   }
-  auto backend = make_cholmod_factor();
-  return backend ? std::move(backend) : make_eigen_factor();
+  return make_supernodal_factor();
 }
 
 }  // namespace

@@ -51,7 +51,12 @@ TEST_P(EveryBackend, RefusesSingularAndIndefinite) {
   const SparseRows K = grid_laplacian(5);
   SparseFactor factor(GetParam());
   factor.analyse(K);
-  EXPECT_THROW(factor.factor(K), SolveError);
+  SparseRows singular = K;
+  for (SparseRows::InnerIterator it(singular, 0); it; ++it) {
+    it.valueRef() = 0;
+    singular.coeffRef(it.col(), 0) = 0;
+  }
+  EXPECT_THROW(factor.factor(singular, Vector::Unit(K.rows(), 5)), SolveError);
   EXPECT_THROW(factor.factor(K, Vector::Constant(K.rows(), -0.5)), SolveError);
   Vector broken = Vector::Constant(K.rows(), 1.0);
   broken[3] = std::numeric_limits<double>::quiet_NaN();
@@ -77,7 +82,7 @@ TEST_P(EveryBackend, SameBytesAtAnyThreadCount) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, EveryBackend,
-                         ::testing::Values(FactorBackend::automatic, FactorBackend::cholmod,
+                         ::testing::Values(FactorBackend::supernodal, FactorBackend::cholmod,
                                            FactorBackend::eigen));
 
 TEST(SparseFactor, TinyAndEmpty) {

@@ -11,6 +11,7 @@ namespace skinfield {
 
 enum class FactorBackend {
   automatic,   ///< the fastest that this build has
+  supernodal,  ///< our own multifrontal factorisation
   cholmod,     ///< SuiteSparse, profile full only
   eigen,       ///< Eigen's SimplicialLDLT
 };
@@ -32,7 +33,8 @@ class SparseFactor {
   /// @throws SolveError if A is not square or lacks a diagonal entry.
   void analyse(const SparseRows& A);
   /// Factors A + diag(shift); A has the pattern that was analysed. An empty shift adds nothing.
-  /// @throws SolveError if the matrix is not positive definite to rounding, or is not finite.
+  /// @throws SolveError if the matrix is not positive definite or not finite. (Rounding can hide
+  /// that a matrix is singular.)
   void factor(const SparseRows& A, const Vector& shift = {});
   /// Replaces B (n,m) by A^-1 B. Precondition: factor() succeeded.
   void solve(RowMatrix& B) const;

@@ -1,0 +1,302 @@
+// Our own supernodal multifrontal Cholesky (Duff and Reid 1983; Liu 1992): made for many
+// right-hand sides, which run in strips through one dense kernel.
+#include "skinfield/base/parallel.h"
+#include "solve/dense_kernel.h"
+#include "solve/factor_backend.h"
+#include "solve/supernodes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skinfield {
+namespace {
+
+constexpr double kLeastPivot = 1e-15;      // of the diagonal entry: less is rounding
+constexpr std::ptrdiff_t kDepth = 256;     // rows of a strip that stay in the first cache
+constexpr std::size_t kRowsPerTask = 128;  // of a front, where its work is shared out
+
+/// Rows [begin, end) of F (stride s): F[i][j0..j0+width) -= sum_{k<K} F[i][k] F[j0+t][k].
+void update_rows(double* F, int s, int begin, int end, int j0, int width, int K,
+                 const double* packed) {
+  double acc[kKernelRows * kStrip];
+  for (int k0 = 0; k0 < K; k0 += kDepth) {
+    const std::ptrdiff_t depth = std::min<std::ptrdiff_t>(kDepth, K - k0);
+    for (int i = begin; i < end; i += kKernelRows) {
+      const double* a[kKernelRows];
+      const int rows = std::min(kKernelRows, end - i);
+      for (int r = 0; r < kKernelRows; ++r) {
+        a[r] = F + static_cast<std::ptrdiff_t>(i + std::min(r, rows - 1)) * s + k0;
+      }
+      multiply_strip(a, 1, depth, packed + static_cast<std::ptrdiff_t>(k0) * kStrip, acc);
+      for (int r = 0; r < rows; ++r) {
+        double* row = F + static_cast<std::ptrdiff_t>(i + r) * s + j0;
+        const int limit = std::min(width, i + r - j0 + 1);  // the lower triangle
+        for (int t = 0; t < limit; ++t) row[t] -= acc[r * kStrip + t];
+      }
+    }
+  }
+}
+
+/// Transposes rows j0..j0+width of F's first K columns into a strip.
+void pack(const double* F, int s, int j0, int width, int K, std::vector<double>& packed) {
+  packed.assign(static_cast<std::size_t>(K) * kStrip, 0.0);
+  for (int t = 0; t < width; ++t) {
+    const double* row = F + static_cast<std::ptrdiff_t>(j0 + t) * s;
+    for (int k = 0; k < K; ++k) packed[static_cast<std::size_t>(k * kStrip + t)] = row[k];
+  }
+}
+
+class SupernodalFactor : public SparseFactor::Backend {
+ public:
+  void analyse(const SparseRows& A) override { structure_ = analyse_supernodes(A); }
+
+  void factor(const SparseRows& A) override {
+    L_.resize(structure_.values);
+    std::vector<std::vector<double>> updates(structure_.nodes.size());
+    const auto n = static_cast<std::size_t>(A.rows());
+    parallel_for(structure_.subtrees.size(), 1, [&](std::size_t t) {
+      std::vector<int> local(n);
+      for (int k = structure_.begin[t]; k <= structure_.subtrees[t]; ++k) {
+        eliminate(A, k, updates, local, false);
+      }
+    });
+    std::vector<int> local(n);
+    for (const int k : structure_.top) eliminate(A, k, updates, local, true);
+  }
+
+  void solve(RowMatrix& B) const override {
+    const auto columns = static_cast<int>(B.cols());
+    const auto strips = static_cast<std::size_t>((columns + kStrip - 1) / kStrip);
+    // Strips of nearly equal width, so that the threads' shares are equal.
+    const auto edge = [&](std::size_t t) {
+      return static_cast<int>(t * static_cast<std::size_t>(columns) / strips);
+    };
+    parallel_for(strips, 1, [&](std::size_t t) { solve_strip(B, edge(t), edge(t + 1) - edge(t)); });
+  }
+
+  std::int64_t nonzeros() const override {
+    std::int64_t count = 0;
+    for (const Supernode& node : structure_.nodes) {
+      const std::int64_t w = node.width;
+      count += w * (w + 1) / 2 + w * static_cast<std::int64_t>(node.rows.size());
+    }
+    return count;
+  }
+
+ private:
+  /// Assembles, factors and stores one front; its Schur complement goes to updates[k].
+  void eliminate(const SparseRows& A, int k, std::vector<std::vector<double>>& updates,
+                 std::vector<int>& local, bool shared) {
+    const Supernode& node = structure_.nodes[static_cast<std::size_t>(k)];
+    const int s = node.size(), w = node.width;
+    for (int j = 0; j < w; ++j) local[static_cast<std::size_t>(node.first + j)] = j;
+    for (int r = w; r < s; ++r) {
+      local[static_cast<std::size_t>(node.rows[static_cast<std::size_t>(r - w)])] = r;
+    }
+    std::vector<double> front(static_cast<std::size_t>(s) * static_cast<std::size_t>(s), 0.0);
+    double* F = front.data();
+    for (int j = 0; j < w; ++j) {
+      const int old = structure_.old_of_new[static_cast<std::size_t>(node.first + j)];
+      for (SparseRows::InnerIterator it(A, old); it; ++it) {
+        const int row = structure_.new_of_old[static_cast<std::size_t>(it.col())];
+        if (row < node.first + j) continue;
+        F[static_cast<std::ptrdiff_t>(local[static_cast<std::size_t>(row)]) * s + j] = it.value();
+      }
+    }
+    for (const int child : node.children) {
+      std::vector<double>& U = updates[static_cast<std::size_t>(child)];
+      const std::vector<int>& rows = structure_.nodes[static_cast<std::size_t>(child)].rows;
+      const std::size_t r = rows.size();
+      for (std::size_t i = 0; i < r; ++i) {
+        double* to = F + static_cast<std::ptrdiff_t>(local[static_cast<std::size_t>(rows[i])]) * s;
+        const double* from = U.data() + i * r;
+        for (std::size_t j = 0; j <= i; ++j) to[local[static_cast<std::size_t>(rows[j])]] += from[j];
+      }
+      std::vector<double>().swap(U);
+    }
+    const Vector diagonal = pivots_before(A, node);
+    factor_panel(F, s, w, node.first, diagonal, shared);
+    complement(F, s, w, shared);
+    double* panel = L_.data() + node.offset;
+    for (int i = 0; i < s; ++i) {
+      std::copy_n(F + static_cast<std::ptrdiff_t>(i) * s, w, panel + static_cast<std::ptrdiff_t>(i) * w);
+    }
+    const auto r = static_cast<std::size_t>(s - w);
+    if (r == 0) return;
+    std::vector<double>& U = updates[static_cast<std::size_t>(k)];
+    U.resize(r * r);
+    for (std::size_t i = 0; i < r; ++i) {
+      std::copy_n(F + (static_cast<std::size_t>(w) + i) * static_cast<std::size_t>(s) + w, i + 1,
+                  U.data() + i * r);
+    }
+  }
+
+  Vector pivots_before(const SparseRows& A, const Supernode& node) const {
+    Vector diagonal(node.width);
+    for (int j = 0; j < node.width; ++j) {
+      const int old = structure_.old_of_new[static_cast<std::size_t>(node.first + j)];
+      diagonal[j] = A.coeff(old, old);
+    }
+    return diagonal;
+  }
+
+  void factor_panel(double* F, int s, int w, int first, const Vector& diagonal, bool shared) const {
+    std::vector<double> packed;
+    for (int j0 = 0; j0 < w; j0 += kStrip) {
+      const int width = std::min(kStrip, w - j0);
+      pack(F, s, j0, width, j0, packed);
+      const auto rows = [&](int begin, int end) {
+        update_rows(F, s, begin, end, j0, width, j0, packed.data());
+      };
+      share(s - j0, shared, [&](int begin, int end) { rows(j0 + begin, j0 + end); });
+      for (int j = j0; j < j0 + width; ++j) {
+        double* row = F + static_cast<std::ptrdiff_t>(j) * s;
+        for (int c = j0; c <= j; ++c) {
+          const double* other = F + static_cast<std::ptrdiff_t>(c) * s;
+          double sum = row[c];
+          for (int t = j0; t < c; ++t) sum -= row[t] * other[t];
+          if (c < j) {
+            row[c] = sum / other[c];
+          } else {
+            if (!(sum > kLeastPivot * diagonal[j])) {
+              throw_not_positive_definite(structure_.old_of_new[static_cast<std::size_t>(first + j)]);
+            }
+            row[c] = std::sqrt(sum);
+          }
+        }
+      }
+      share(s - j0 - width, shared, [&](int begin, int end) {
+        for (int i = j0 + width + begin; i < j0 + width + end; ++i) {
+          double* row = F + static_cast<std::ptrdiff_t>(i) * s;
+          for (int c = j0; c < j0 + width; ++c) {
+            const double* other = F + static_cast<std::ptrdiff_t>(c) * s;
+            double sum = row[c];
+            for (int t = j0; t < c; ++t) sum -= row[t] * other[t];
+            row[c] = sum / other[c];
+          }
+        }
+      });
+    }
+  }
+
+  /// The trailing block: F22 -= F21 F21'.
+  static void complement(double* F, int s, int w, bool shared) {
+    const int strips = (s - w + kStrip - 1) / kStrip;
+    const auto strip = [&](int t) {
+      std::vector<double> packed;
+      const int j0 = w + t * kStrip, width = std::min(kStrip, s - j0);
+      pack(F, s, j0, width, w, packed);
+      update_rows(F, s, j0, s, j0, width, w, packed.data());
+    };
+    if (shared) {
+      parallel_for(static_cast<std::size_t>(strips), 1,
+                   [&](std::size_t t) { strip(static_cast<int>(t)); });
+    } else {
+      for (int t = 0; t < strips; ++t) strip(t);
+    }
+  }
+
+  template <class Body>
+  static void share(int rows, bool shared, const Body& body) {
+    if (rows <= 0) return;
+    if (!shared) return body(0, rows);
+    parallel_blocks(static_cast<std::size_t>(rows), kRowsPerTask,
+                    [&](std::size_t begin, std::size_t end) {
+                      body(static_cast<int>(begin), static_cast<int>(end));
+                    });
+  }
+
+  void solve_strip(RowMatrix& B, int first, int width) const {
+    const auto n = static_cast<std::size_t>(B.rows());
+    std::vector<double> X(n * kStrip, 0.0), gathered;
+    for (std::size_t i = 0; i < n; ++i) {
+      std::copy_n(B.row(structure_.old_of_new[i]).data() + first, width, X.data() + i * kStrip);
+    }
+    for (const Supernode& node : structure_.nodes) forward(node, X.data());
+    for (std::size_t k = structure_.nodes.size(); k-- > 0;) {
+      backward(structure_.nodes[k], X.data(), gathered);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      std::copy_n(X.data() + i * kStrip, width, B.row(structure_.old_of_new[i]).data() + first);
+    }
+  }
+
+  void forward(const Supernode& node, double* X) const {
+    const int w = node.width, s = node.size();
+    const double* panel = L_.data() + node.offset;
+    double* Y = X + static_cast<std::ptrdiff_t>(node.first) * kStrip;
+    double acc[kKernelRows * kStrip];
+    const double* a[kKernelRows];
+    for (int i = 0; i < s; i += kKernelRows) {
+      // Blocks of rows end at the triangle's end, so that a block is in it or below it.
+      const int rows = std::min(kKernelRows, (i < w ? w : s) - i);
+      const int depth = std::min(i, w);
+      for (int r = 0; r < kKernelRows; ++r) {
+        a[r] = panel + static_cast<std::ptrdiff_t>(i + std::min(r, rows - 1)) * w;
+      }
+      multiply_strip(a, 1, depth, Y, acc);
+      for (int r = 0; r < rows; ++r) {
+        double* x = i < w ? Y + static_cast<std::ptrdiff_t>(i + r) * kStrip
+                          : X + static_cast<std::ptrdiff_t>(
+                                    node.rows[static_cast<std::size_t>(i + r - w)]) * kStrip;
+        for (int c = 0; c < kStrip; ++c) x[c] -= acc[r * kStrip + c];
+        if (i >= w) continue;
+        for (int t = i; t < i + r; ++t) {
+          const double l = a[r][t];
+          for (int c = 0; c < kStrip; ++c) x[c] -= l * Y[t * kStrip + c];
+        }
+        const double inverse = 1 / a[r][i + r];
+        for (int c = 0; c < kStrip; ++c) x[c] *= inverse;
+      }
+      if (i < w && i + rows == w) i = w - kKernelRows;
+    }
+  }
+
+  void backward(const Supernode& node, double* X, std::vector<double>& gathered) const {
+    const int w = node.width, s = node.size();
+    const double* panel = L_.data() + node.offset;
+    double* Y = X + static_cast<std::ptrdiff_t>(node.first) * kStrip;
+    gathered.resize(static_cast<std::size_t>(s - w) * kStrip);
+    for (int r = w; r < s; ++r) {
+      std::copy_n(X + static_cast<std::ptrdiff_t>(node.rows[static_cast<std::size_t>(r - w)]) * kStrip,
+                  kStrip, gathered.data() + static_cast<std::ptrdiff_t>(r - w) * kStrip);
+    }
+    double acc[kKernelRows * kStrip];
+    const double* a[kKernelRows];
+    const auto subtract = [&](int j, int count, int from, int to, const double* rows_of) {
+      for (int r = 0; r < kKernelRows; ++r) {
+        a[r] = panel + static_cast<std::ptrdiff_t>(from) * w + j + std::min(r, count - 1);
+      }
+      multiply_strip(a, w, to - from, rows_of, acc);
+      for (int r = 0; r < count; ++r) {
+        for (int c = 0; c < kStrip; ++c) Y[(j + r) * kStrip + c] -= acc[r * kStrip + c];
+      }
+    };
+    for (int end = w; end > 0;) {
+      const int j = (end - 1) / kKernelRows * kKernelRows, count = end - j;
+      subtract(j, count, w, s, gathered.data());
+      subtract(j, count, end, w, Y + static_cast<std::ptrdiff_t>(end) * kStrip);
+      for (int r = count - 1; r >= 0; --r) {
+        double* y = Y + static_cast<std::ptrdiff_t>(j + r) * kStrip;
+        for (int t = r + 1; t < count; ++t) {
+          const double l = panel[static_cast<std::ptrdiff_t>(j + t) * w + j + r];
+          for (int c = 0; c < kStrip; ++c) y[c] -= l * Y[(j + t) * kStrip + c];
+        }
+        const double inverse = 1 / panel[static_cast<std::ptrdiff_t>(j + r) * w + j + r];
+        for (int c = 0; c < kStrip; ++c) y[c] *= inverse;
+      }
+      end = j;
+    }
+  }
+
+  SupernodalStructure structure_;
+  std::vector<double> L_;  ///< panels, row-major
+};
+
+}  // namespace
+
+std::unique_ptr<SparseFactor::Backend> make_supernodal_factor() {
+  return std::make_unique<SupernodalFactor>();
+}
+
+}  // namespace skinfield
