@@ -56,12 +56,14 @@ std::vector<InteriorCell> interior_cells(const Solid& solid, int depth, int test
     if (cell.whole) return;
     progress.check();
     Random random(seed, 0x10000000ull + i);
+    cell.site = solid.site(cell.centre);
     int inside = 0;
     for (int k = 0; k < side * side * side; ++k) {
       const Vec3 corner(k % side, k / side % side, k / side / side);
       const Vec3 in_cell =
           (corner + Vec3(random.uniform(), random.uniform(), random.uniform())) / side;
-      inside += solid.inside(cell.centre + cell.half * (2 * in_cell - Vec3::Ones()));
+      const Vec3 x = cell.centre + cell.half * (2 * in_cell - Vec3::Ones());
+      inside += solid.inside(solid.site_near(cell.site, x));
     }
     cell.share = static_cast<double>(inside) / (side * side * side);
   });

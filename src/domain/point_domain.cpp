@@ -182,6 +182,30 @@ Interpolation PointDomain::at_mesh() const {
   return {to_matrix(rows, d.nodes.X.rows()), std::move(rows.fill)};
 }
 
+SparseRows PointDomain::from_mesh() const {
+  constexpr int tried = 24, used = 8;
+  const Impl& d = *impl_;
+  const Points& V = d.solid->vertices();
+  const Points& N = d.solid->normals();
+  const KdTree vertices(V);
+  InterpolationRows rows;
+  rows.row.resize(d.nodes.sites.size());
+  parallel_for(rows.row.size(), 32, [&](std::size_t i) {
+    const Site& node = d.nodes.sites[i];
+    std::vector<Neighbour> found;
+    vertices.nearest(node.x, tried, found);
+    auto& row = rows.row[i];
+    for (const Neighbour& n : found) {
+      const Vec3 look = V.row(n.index).transpose() - surface_step * N.row(n.index).transpose();
+      if (d.solid->blocked(node, d.solid->site(look))) continue;
+      row.emplace_back(n.index, 1 / (n.distance * n.distance + 1e-12));
+      if (static_cast<int>(row.size()) == used) break;
+    }
+    if (row.empty() && !found.empty()) row.emplace_back(found.front().index, 1.0);
+  });
+  return to_matrix(rows, V.rows());
+}
+
 Interpolation PointDomain::at(const Points& X, const Points& normals) const {
   const Impl& d = *impl_;
   std::vector<int> outside;

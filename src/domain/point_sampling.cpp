@@ -6,8 +6,10 @@
 #include "skinfield/base/random.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <unordered_map>
 
@@ -17,6 +19,7 @@ namespace {
 constexpr double disk = 0.84;         // Poisson-disk radius in units of h
 constexpr double disk_at_handle = 0.6;  // of that, between a handle sample and an inner point
 constexpr double pool_per_node = 10;  // candidates a node
+constexpr double clash = 0.45;        // of h: samples of different handles are farther apart
 constexpr int cell_depth = 6;
 constexpr int cell_tests = 8;
 
@@ -24,13 +27,15 @@ constexpr int cell_tests = 8;
 /// so that only neighbouring levels can conflict.
 class DiskGrid {
  public:
-  explicit DiskGrid(double smallest) : smallest_(smallest) {}
+  DiskGrid(double smallest, std::size_t expected)
+      : smallest_(smallest), table_(std::bit_ceil(8 * expected + 64), Slot{0, -1}) {}
 
   bool conflicts(const Vec3& x, double radius, double handle_factor) const {
     const int own = level(radius);
-    for (int l = std::max(0, own - 2); l <= own + 2; ++l) {
+    for (int l : {own, own - 1, own + 1}) {
+      if (l < 0) continue;
       const double side = smallest_ * std::exp2(l + 1);
-      const double search = 1.6 * radius;
+      const double search = 0.5 * (radius + side);  // side: the largest radius of the level
       int low[3], high[3];
       for (int axis = 0; axis < 3; ++axis) {
         low[axis] = static_cast<int>(std::floor((x[axis] - search) / side));
@@ -38,24 +43,27 @@ class DiskGrid {
       }
       for (int k = low[2]; k <= high[2]; ++k)
         for (int j = low[1]; j <= high[1]; ++j)
-          for (int i = low[0]; i <= high[0]; ++i) {
-            const auto found = cells_.find(key(l, i, j, k));
-            if (found == cells_.end()) continue;
-            for (const Disk& d : found->second) {
-              const double apart = 0.5 * (radius + d.radius) * (d.handle ? handle_factor : 1);
-              if ((d.x - x).squaredNorm() < apart * apart) return true;
+          for (int i = low[0]; i <= high[0]; ++i)
+            for (int d = table_[slot(key(l, i, j, k))].head; d >= 0;
+                 d = disks_[static_cast<std::size_t>(d)].next) {
+              const Disk& other = disks_[static_cast<std::size_t>(d)];
+              const double apart = 0.5 * (radius + other.radius) * (other.handle ? handle_factor : 1);
+              if ((other.x - x).squaredNorm() < apart * apart) return true;
             }
-          }
     }
     return false;
   }
 
   void add(const Vec3& x, double radius, bool handle) {
+    if (4 * disks_.size() > table_.size()) grow();
     const int l = level(radius);
     const double side = smallest_ * std::exp2(l + 1);
     int c[3];
     for (int axis = 0; axis < 3; ++axis) c[axis] = static_cast<int>(std::floor(x[axis] / side));
-    cells_[key(l, c[0], c[1], c[2])].push_back({x, radius, handle});
+    Slot& cell = table_[slot(key(l, c[0], c[1], c[2]))];
+    cell.key = key(l, c[0], c[1], c[2]);
+    disks_.push_back({x, radius, handle, cell.head});
+    cell.head = static_cast<int>(disks_.size()) - 1;
   }
 
  private:
@@ -63,6 +71,11 @@ class DiskGrid {
     Vec3 x;
     double radius;
     bool handle;
+    int next;  // in the same cell
+  };
+  struct Slot {
+    std::uint64_t key;
+    int head;  // -1: free
   };
   int level(double radius) const {
     return std::max(0, static_cast<int>(std::floor(std::log2(radius / smallest_ + 1e-9))));
@@ -71,8 +84,24 @@ class DiskGrid {
     const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 17)) & 0x3ffff; };
     return (static_cast<std::uint64_t>(l) << 54) | (part(i) << 36) | (part(j) << 18) | part(k);
   }
+  /// The key's slot, or the free one where it would go (linear probing).
+  std::size_t slot(std::uint64_t key) const {
+    std::uint64_t h = key * 0x9E3779B97F4A7C15ull;
+    h ^= h >> 32;
+    const std::size_t mask = table_.size() - 1;
+    std::size_t s = static_cast<std::size_t>(h) & mask;
+    while (table_[s].head >= 0 && table_[s].key != key) s = (s + 1) & mask;
+    return s;
+  }
+  void grow() {
+    std::vector<Slot> old = std::move(table_);
+    table_.assign(2 * old.size(), Slot{0, -1});
+    for (const Slot& s : old)
+      if (s.head >= 0) table_[slot(s.key)] = s;
+  }
   double smallest_;
-  std::unordered_map<std::uint64_t, std::vector<Disk>> cells_;
+  std::vector<Slot> table_;
+  std::vector<Disk> disks_;
 };
 
 /// Candidates inside the shape with density ~ h^-3, in a random order.
@@ -95,7 +124,7 @@ Points draw_pool(const Solid& solid, const std::vector<InteriorCell>& cells, con
       Site site;
       site.x = x;
       if (!cell.whole) {
-        site = solid.site(x);
+        site = solid.site_near(cell.site, x);
         if (!solid.inside(site)) continue;
       }
       drawn[c].push_back(site);
@@ -118,26 +147,29 @@ Points draw_pool(const Solid& solid, const std::vector<InteriorCell>& cells, con
   return X;
 }
 
-/// Integral of h^-3 over the shape: the number of nodes that the size field asks for.
-double wanted_nodes(const std::vector<InteriorCell>& cells, const SizeField& size) {
-  return parallel_reduce(
-      cells.size(), 64, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t c = begin; c < end; ++c) {
-          const double volume = std::pow(2 * cells[c].half, 3) * cells[c].share;
-          double density = 0;  // midpoints of the eight octants
-          for (int k = 0; k < 8; ++k)
-            density += std::pow(size.at(cells[c].centre + 0.5 * cells[c].half *
-                                                              Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1,
-                                                                   k & 4 ? 1 : -1)),
-                                -3) /
-                       8;
-          sum += volume * density;
-        }
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
+/// Scales the size field so that the integral of h^-3 over the shape, the number of nodes that it
+/// asks for, is `nodes`.
+void scale_to(int nodes, const std::vector<InteriorCell>& cells, double low, double high,
+              SizeField& size) {
+  std::vector<double> shape(8 * cells.size());  // at midpoints of the cells' octants
+  size.scale(1, 0, 1e300);
+  parallel_for(shape.size(), 256, [&](std::size_t i) {
+    const InteriorCell& cell = cells[i / 8];
+    const auto sign = [&](std::size_t bit) { return (i & bit) != 0 ? 0.5 : -0.5; };
+    shape[i] = size.at(cell.centre + cell.half * Vec3(sign(1), sign(2), sign(4)));
+  });
+  double small = 1e-3, large = 1e3;
+  for (int step = 0; step < 40; ++step) {
+    const double c = std::sqrt(small * large);
+    double wanted = 0;
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+      const double side = cells[i / 8].half;
+      const double h = std::clamp(c * shape[i], low, high);
+      wanted += side * side * side * cells[i / 8].share / (h * h * h);
+    }
+    (wanted > nodes ? small : large) = c;
+  }
+  size.scale(std::sqrt(small * large), low, high);
 }
 
 /// Every point of a handle along which samples run, with the length of its bone.
@@ -184,15 +216,13 @@ SizeField size_field(const Solid& solid, const std::vector<Handle>& handles, dou
 /// the same (design.md 4).
 class FixedNodeList {
  public:
-  /// Adds a handle's point; false if the position was there already (then the handle shares it).
-  bool add(const Vec3& x, int handle) {
-    if (Entry* known = find(x)) {
-      if (known->painted.size() == 0 && known->handles.back() != handle)
-        known->handles.push_back(handle);
-      return false;
-    }
-    insert({x, {handle}, {}});
-    return true;
+  /// A handle's point; where it stands already, the handles share it. Handles come before paint.
+  void add(const Vec3& x, int handle) {
+    Entry* known = find(x);
+    if (!known)
+      insert({x, {handle}, {}});
+    else if (known->handles.back() != handle)
+      known->handles.push_back(handle);
   }
   /// Paint wins over handles.
   void paint(const Vec3& x, const Vector& weights) {
@@ -201,7 +231,6 @@ class FixedNodeList {
     else
       insert({x, {}, weights});
   }
-  bool knows(const Vec3& x) { return find(x) != nullptr; }
 
   FixedNodes nodes(Eigen::Index columns) const {
     FixedNodes result;
@@ -253,14 +282,47 @@ class FixedNodeList {
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> cells_;
 };
 
+struct HandleSample {
+  Vec3 x;
+  int handle;
+  bool shared;  ///< an end, which other handles may share
+};
+
+/// Bones that leave a joint at a small angle ask for different weights at points nearer to each
+/// other than the nodes can tell apart. Such samples go, so that the solution near joints does not
+/// depend on how densely bones are sampled. A handle that would lose all keeps them.
+void drop_clashes(const SizeField& size, std::vector<HandleSample>& samples) {
+  Points X(static_cast<Eigen::Index>(samples.size()), 3);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    X.row(static_cast<Eigen::Index>(i)) = samples[i].x.transpose();
+  const KdTree tree(X);
+  std::vector<char> clashes(samples.size(), 0);
+  parallel_for(samples.size(), 64, [&](std::size_t i) {
+    if (samples[i].shared) return;
+    std::vector<Neighbour> found;
+    tree.nearest(samples[i].x, 24, found);
+    for (const Neighbour& n : found) {
+      const HandleSample& other = samples[static_cast<std::size_t>(n.index)];
+      if (n.distance > clash * size.at(samples[i].x)) break;
+      if (!other.shared && other.handle != samples[i].handle && n.distance > 0) clashes[i] = 1;
+    }
+  });
+  std::map<int, int> left;
+  for (std::size_t i = 0; i < samples.size(); ++i) left[samples[i].handle] += clashes[i] ? 0 : 1;
+  std::erase_if(samples, [&, i = std::size_t{0}](const HandleSample& s) mutable {
+    return clashes[i++] != 0 && left[s.handle] > 0;
+  });
+}
+
 FixedNodes fixed_nodes(const Solid& solid, const std::vector<Handle>& handles,
                        const PaintedPoints& paint, const SizeField& size, double spacing) {
   FixedNodeList list;
-  const auto add = [&](int handle, const Vec3& x) {
-    if (list.knows(x) || solid.inside(x)) list.add(x, handle);
-  };
+  std::vector<HandleSample> samples;
   walk_handles(handles, [&](int handle, const Vec3& a, const Vec3& b) {
-    add(handle, a);
+    const auto add = [&](const Vec3& x, bool end) {
+      if (solid.inside(x)) samples.push_back({x, handle, end});
+    };
+    add(a, true);
     const double length = (b - a).norm();
     if (length == 0) return;
     // Steps follow the local size: equal parts of the integral of 1 / h along the bone.
@@ -273,10 +335,12 @@ FixedNodes fixed_nodes(const Solid& solid, const std::vector<Handle>& handles,
     for (int s = 1; s < steps; ++s) {
       const double target = sum[fine] * s / steps;
       while (k < fine - 1 && sum[k + 1] < target) ++k;
-      add(handle, a + (b - a) * ((k + (target - sum[k]) / (sum[k + 1] - sum[k])) / fine));
+      add(a + (b - a) * ((k + (target - sum[k]) / (sum[k + 1] - sum[k])) / fine), false);
     }
-    add(handle, b);
+    add(b, true);
   });
+  drop_clashes(size, samples);
+  for (const HandleSample& s : samples) list.add(s.x, s.handle);
   // Painted points sit just inside, where the surface can see them.
   constexpr double step = 1e-4;
   for (Eigen::Index i = 0; i < paint.X.rows(); ++i) {
@@ -383,15 +447,7 @@ SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles
 
   const double mean = std::cbrt(result.volume / options.nodes);
   SizeField size = size_field(solid, handles, mean, options.adaptive);
-  if (options.adaptive) {
-    const double low = 0.3 * mean, high = 2 * mean;
-    double small = 1e-3, large = 1e3;
-    for (int i = 0; i < 30; ++i) {
-      const double c = std::sqrt(small * large);
-      size.scale(c, low, high);
-      (wanted_nodes(cells, size) > options.nodes ? small : large) = c;
-    }
-  }
+  if (options.adaptive) scale_to(options.nodes, cells, 0.3 * mean, 2 * mean, size);
   lap("size_field");
   result.fixed = fixed_nodes(solid, handles, paint, size, options.handle_spacing);
   if (result.fixed.X.rows() == 0)
@@ -400,7 +456,7 @@ SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles
   const Points pool = draw_pool(solid, cells, size, options.seed, pool_sites, progress);
   lap("candidates");
 
-  DiskGrid grid(disk * size.low());
+  DiskGrid grid(disk * size.low(), static_cast<std::size_t>(options.nodes));
   for (Eigen::Index i = 0; i < result.fixed.X.rows(); ++i) {
     const Vec3 x = result.fixed.X.row(i).transpose();
     grid.add(x, disk * size.at(x), true);

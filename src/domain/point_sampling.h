@@ -14,10 +14,6 @@ struct FixedNodes {
   RowMatrix weights;  ///< (k,m)
 };
 
-/// Dense samples of handles regardless of the shape, for finding out where inside is: both ends
-/// of every segment and at least `per_segment` points.
-Points probe_handles(const std::vector<Handle>& handles, double spacing);
-
 /// Target distance between nodes, h(x) = clamp(c * min_i max(base_i, slope |x - y_i|)).
 class SizeField {
  public:

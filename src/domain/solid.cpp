@@ -208,6 +208,19 @@ Site Solid::site(const Vec3& x) const {
   return site;
 }
 
+Site Solid::site_near(const Site& known, const Vec3& x) const {
+  Site site;
+  site.x = x;
+  const double distance = (x - known.x).norm();
+  site.clearance = std::max(0.0, known.clearance - distance);
+  site.winding = known.winding;
+  if (!impl_->scene || distance <= known.clearance) return site;
+  std::vector<RayHit> hits;
+  impl_->scene->all_hits(known.x, x, hits);
+  for (const RayHit& hit : hits) site.winding += hit.sign;
+  return site;
+}
+
 std::vector<Site> Solid::sites(const Points& X) const {
   std::vector<Site> all(static_cast<std::size_t>(X.rows()));
   parallel_for(all.size(), 64, [&](std::size_t i) {

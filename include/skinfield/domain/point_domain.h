@@ -42,6 +42,10 @@ struct PointDomainFacts {
   std::map<std::string, double> seconds;
 };
 
+/// Dense samples of handles regardless of the shape, for finding out where inside is: both ends
+/// of every segment and at least `per_segment` points.
+Points probe_handles(const std::vector<Handle>& handles, double spacing);
+
 class PointDomain : public Domain {
  public:
   /// @param mesh in the unit box, equal positions merged. @param handles in the unit box, the
@@ -60,6 +64,9 @@ class PointDomain : public Domain {
   Interpolation at(const Points& X, const Points& normals) const override;
   /// The vertices of the mesh itself, whose parts and normals are known.
   Interpolation at_mesh() const;
+  /// (N,n) row-stochastic: each node from the vertices of the mesh near it that it sees. Brings
+  /// weights that are given on vertices to the nodes (warm starts, locked columns).
+  SparseRows from_mesh() const;
 
   const Solid& solid() const;
   const PointDomainFacts& facts() const;

@@ -48,6 +48,9 @@ class Solid {
 
   Site site(const Vec3& x) const;
   std::vector<Site> sites(const Points& X) const;
+  /// The site at x, a short way from a known one: counts crossings instead of evaluating the
+  /// winding number (ten times faster; exact for closed parts). Its clearance is a lower bound.
+  Site site_near(const Site& known, const Vec3& x) const;
   bool inside(const Site& a) const;
   bool inside(const Vec3& x) const { return inside(site(x)); }
 

@@ -1,0 +1,199 @@
+#include "cli.h"
+
+#include "skinfield/base/parallel.h"
+#include "skinfield/bind/bind.h"
+#include "skinfield/bind/report.h"
+#include "skinfield/io/file.h"
+#include "skinfield/io/gltf.h"
+#include "skinfield/io/weights_file.h"
+#include "skinfield/rig/glob.h"
+
+#include <fmt/core.h>
+
+#include <chrono>
+#include <set>
+
+namespace skinfield::cli {
+namespace {
+
+struct Options {
+  std::string input, output, method = "auto", domain = "auto", quality = "normal", symmetry = "off";
+  std::string paint, weights_in, lock, report, weights_out;
+  SkeletonOptions skeleton;
+  int nodes = 0, iterations = 500, max_influences = -1;
+  double tolerance = 1e-3, time_limit = 0, prune = -1;
+  std::uint64_t seed = 0;
+};
+
+bool is_gltf(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".glb" || extension == ".gltf";
+}
+
+void check_output(const std::string& path) {
+  static const std::set<std::string> known{".glb", ".gltf", ".npz", ".npy", ".dmat", ".csv"};
+  if (!known.contains(lower_extension(path)))
+    throw UsageError(path + ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
+}
+
+BindOptions bind_options(const Options& o) {
+  BindOptions options;
+  options.domain = o.domain == "points" ? BindOptions::DomainKind::points
+                   : o.domain == "tris" ? BindOptions::DomainKind::surface
+                                        : BindOptions::DomainKind::automatic;
+  options.nodes = o.nodes > 0              ? o.nodes
+                  : o.quality == "draft"   ? 2000
+                  : o.quality == "high"    ? 64000
+                                           : 16000;
+  options.tolerance = o.tolerance;
+  options.iterations = o.iterations;
+  options.time_limit_s = o.time_limit;
+  options.seed = o.seed;
+  const bool gltf = is_gltf(o.output);
+  options.max_influences = o.max_influences >= 0 ? o.max_influences : gltf ? 4 : 0;
+  options.prune = o.prune >= 0 ? o.prune : gltf ? 1e-4 : 0;
+  options.symmetry = o.symmetry == "x"      ? BindOptions::Symmetry::x
+                     : o.symmetry == "auto" ? BindOptions::Symmetry::automatic
+                                            : BindOptions::Symmetry::off;
+  return options;
+}
+
+std::map<std::string, std::string> described(const Options& o, const BindOptions& b) {
+  return {{"domain", o.domain},
+          {"quality", o.quality},
+          {"nodes", std::to_string(b.nodes)},
+          {"tolerance", fmt::format("{:g}", b.tolerance)},
+          {"iterations", std::to_string(b.iterations)},
+          {"time_limit_s", fmt::format("{:g}", b.time_limit_s)},
+          {"max_influences", std::to_string(b.max_influences)},
+          {"prune", fmt::format("{:g}", b.prune)},
+          {"symmetry", o.symmetry},
+          {"joints", o.skeleton.joints},
+          {"exclude", o.skeleton.exclude},
+          {"leaf", o.skeleton.leaf},
+          {"skeleton", o.skeleton.skeleton},
+          {"only", o.skeleton.only},
+          {"paint", o.paint},
+          {"weights_in", o.weights_in},
+          {"lock", o.lock}};
+}
+
+/// Weights, paint and locks given as files; they are for a single character.
+void read_conditions(const Options& o, const Character& character, BindOptions& options) {
+  if (!o.paint.empty()) {
+    const PaintFile file = read_paint(o.paint, static_cast<int>(character.vertex_of_input.size()));
+    options.paint = Paint{file.index, file.weights};
+  }
+  if (!o.weights_in.empty()) options.start = read_weights(o.weights_in);
+  if (o.lock.empty()) return;
+  if (!options.start) throw UsageError("--lock needs --weights-in, whose columns it keeps");
+  const auto& names = character.skeleton.column_names;
+  for (std::size_t c = 0; c < names.size(); ++c)
+    if (glob_match(o.lock, names[c])) options.locked_columns.push_back(static_cast<int>(c));
+  if (options.locked_columns.empty())
+    throw UsageError("--lock " + o.lock + ": no handle has such a name");
+}
+
+void run(const Options& o, const Common& common) {
+  const auto start = std::chrono::steady_clock::now();
+  const double cpu = process_cpu_seconds();
+  check_output(o.output);
+  if (!o.weights_out.empty()) check_output(o.weights_out);
+  const Progress progress = make_progress(common);
+  Asset asset = read_characters(o.input, o.skeleton, o.paint.empty());
+  for (const std::string& w : asset.warnings) warn(w);
+  const bool matrix = !is_gltf(o.output) || !o.weights_out.empty();
+  if (asset.characters.size() > 1 && (matrix || !o.paint.empty() || !o.weights_in.empty()))
+    throw UsageError(o.input + ": the file holds " + std::to_string(asset.characters.size()) +
+                     " characters, a matrix, paint or given weights only one (use --only MESH)");
+
+  std::vector<SkinWeights> weights;
+  std::vector<BindReport> reports;
+  for (const Character& character : asset.characters) {
+    BindOptions options = bind_options(o);
+    read_conditions(o, character, options);
+    BindResult result = bind(character, options, progress);
+    for (const std::string& w : result.report.warnings) warn(w);
+    const BindReport& r = result.report;
+    note(common, fmt::format("{}: {} vertices, {} handles, {} on {} nodes; largest change {:.1e}, "
+                             "certified gap {:.1e}",
+                             character.name.empty() ? o.input : character.name, r.rows, r.handles,
+                             name_of(r.rung), r.nodes, r.solve.largest_change,
+                             r.solve.relative_gap));
+    if (common.verbose)
+      for (const auto& [stage, seconds] : r.seconds)
+        note(common, fmt::format("  {:24} {:.3f} s", stage, seconds));
+    weights.push_back(std::move(result.weights));
+    reports.push_back(std::move(result.report));
+  }
+  progress.check();
+  if (is_gltf(o.output))
+    write_gltf(asset, weights, o.output);
+  else
+    write_weights(o.output, weights.front());
+  if (!o.weights_out.empty()) write_weights(o.weights_out, weights.front());
+
+  ReportContext context;
+  context.input_path = o.input;
+  context.output_path = o.output;
+  context.profile = link_profile();
+  context.threads = thread_count();
+  context.options = described(o, bind_options(o));
+  context.seed = o.seed;
+  context.peak_memory_bytes = peak_memory_bytes();
+  context.total_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  context.total_cpu_s = process_cpu_seconds() - cpu;
+  const std::string json = report_json(reports, context);
+  if (!o.report.empty()) write_file_atomically(o.report, json);
+  if (common.json) fmt::print("{}", json);
+}
+
+}  // namespace
+
+void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs) {
+  auto o = std::make_shared<Options>();
+  CLI::App* verb = new_verb(app, common, "bind", "Compute skinning weights for a character",
+                            "skinfield bind hero.glb -o hero-bound.glb");
+  verb->add_option("input", o->input, "Character: glTF, GLB, OBJ, PLY, OFF, STL, .mesh, .msh")
+      ->required();
+  verb->add_option("-o,--output", o->output, "Rigged .glb/.gltf, or weights .npz .npy .dmat .csv")
+      ->required();
+  o->skeleton.add_to(*verb);
+  verb->add_option("--method", o->method, "Kind of weights: bbw = bounded biharmonic")
+      ->check(CLI::IsMember({"auto", "bbw"}))
+      ->capture_default_str();
+  verb->add_option("--domain", o->domain, "points: inside the shape; tris: on its surface")
+      ->check(CLI::IsMember({"auto", "points", "tris"}))
+      ->capture_default_str();
+  verb->add_option("--quality", o->quality, "2000, 16000 or 64000 nodes")
+      ->check(CLI::IsMember({"draft", "normal", "high"}))
+      ->capture_default_str();
+  verb->add_option("--nodes", o->nodes, "Nodes, instead of --quality")->check(CLI::Range(50, 4000000));
+  verb->add_option("--tolerance", o->tolerance, "Stop when no weight changes by more")
+      ->check(CLI::Range(1e-9, 1.0))
+      ->capture_default_str();
+  verb->add_option("--iterations", o->iterations, "At most so many iterations")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  verb->add_option("--time-limit", o->time_limit, "Seconds for the solve (0: no limit)")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb->add_option("--seed", o->seed, "Seed of the random numbers")->capture_default_str();
+  verb->add_option("--paint", o->paint, "Prescribed rows: NPZ (index, weights) or CSV");
+  verb->add_option("--weights-in", o->weights_in, "Start from these weights");
+  verb->add_option("--lock", o->lock, "Keep these handles' weights from --weights-in: GLOB");
+  verb->add_option("--max-influences", o->max_influences,
+                   "Influences a vertex (0: all) [4 for glTF, 0 for matrices]")
+      ->check(CLI::Range(0, 100000));
+  verb->add_option("--prune", o->prune, "Drop smaller weights [1e-4 for glTF, 0 for matrices]")
+      ->check(CLI::Range(0.0, 1.0));
+  verb->add_option("--symmetry", o->symmetry, "Make the weights mirror-symmetric in x")
+      ->check(CLI::IsMember({"off", "x", "auto"}))
+      ->capture_default_str();
+  verb->add_option("--report", o->report, "Write the report: FILE.json");
+  verb->add_flag("--json", common.json, "Print the report to stdout");
+  verb->add_option("--weights", o->weights_out, "Also write the weight matrix");
+  verbs.emplace_back(verb, [o, &common] { run(*o, common); });
+}
+
+}  // namespace skinfield::cli

@@ -1,0 +1,132 @@
+#include "cli.h"
+
+#include "skinfield/bind/handles.h"
+#include "skinfield/io/io.h"
+
+#include <fmt/core.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <unistd.h>
+
+namespace skinfield::cli {
+namespace {
+
+// A signal handler can reach nothing but a global; it lives here alone.
+std::atomic<bool> interrupted{false};
+
+extern "C" void on_interrupt(int) { interrupted = true; }
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts;
+  std::string part;
+  for (char c : list + ",")
+    if (c == ',') {
+      if (!part.empty()) parts.push_back(part);
+      part.clear();
+    } else {
+      part += c;
+    }
+  return parts;
+}
+
+}  // namespace
+
+CLI::App* new_verb(CLI::App& app, Common& common, const std::string& name,
+                   const std::string& description, const std::string& example) {
+  CLI::App* verb = app.add_subcommand(name, description);
+  verb->footer("Example: " + example);
+  verb->add_flag("--quiet", common.quiet, "No progress, no notes");
+  verb->add_flag("--verbose", common.verbose, "Say more on stderr");
+  verb->add_option("--threads", common.threads, "Threads to use (0: all)")
+      ->check(CLI::Range(0, 4096));
+  return verb;
+}
+
+Progress make_progress(const Common& common) {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  Progress progress;
+  progress.cancelled = [] { return interrupted.load(std::memory_order_relaxed); };
+  if (common.quiet || isatty(STDERR_FILENO) == 0) return progress;
+  auto last = std::make_shared<std::string>();
+  progress.report = [last](std::string_view stage, double fraction) {
+    std::string line = fmt::format("{} {:3.0f}%", stage, 100 * fraction);
+    if (line == *last) return;
+    *last = line;
+    fmt::print(stderr, "\r\x1b[K{}", line);
+    std::fflush(stderr);
+  };
+  return progress;
+}
+
+void note(const Common& common, const std::string& line) {
+  if (common.quiet) return;
+  fmt::print(stderr, "{}{}\n", isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", line);
+}
+
+void warn(const std::string& line) { fmt::print(stderr, "warning: {}\n", line); }
+
+std::string link_profile() {
+#ifdef SKINFIELD_PROFILE_FULL
+  return "full (links SuiteSparse CHOLMOD, whose supernodal module is GPL)";
+#else
+  return "permissive (no GPL parts)";
+#endif
+}
+
+void SkeletonOptions::add_to(CLI::App& verb) {
+  verb.add_option("--skeleton", skeleton, "Bones: a TGF file, or any glTF with joints");
+  verb.add_option("--joints", joints, "Which joints deform: auto, all, used, or GLOB,GLOB,...")
+      ->capture_default_str();
+  verb.add_option("--exclude", exclude, "Joints that never deform: GLOB,GLOB,...");
+  verb.add_option("--leaf", leaf, "What a leaf joint owns")
+      ->check(CLI::IsMember({"extend", "point"}))
+      ->capture_default_str();
+  verb.add_option("--up", up, "Up axis of OBJ, PLY, OFF, STL and tet files")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->capture_default_str();
+  verb.add_option("--scale", scale, "Factor on the units of those files")->capture_default_str();
+  verb.add_option("--only", only, "Only the mesh or object of this name");
+}
+
+JointOptions SkeletonOptions::joint_options() const {
+  JointOptions options;
+  if (joints == "auto") {
+    options.which = JointOptions::Which::automatic;
+  } else if (joints == "all") {
+    options.which = JointOptions::Which::all;
+  } else if (joints == "used") {
+    options.which = JointOptions::Which::used;
+  } else {
+    options.which = JointOptions::Which::match;
+    options.patterns = split(joints);
+  }
+  options.exclude = split(exclude);
+  options.leaf = leaf == "point" ? JointOptions::Leaf::point : JointOptions::Leaf::extend;
+  return options;
+}
+
+Asset read_characters(const std::string& path, const SkeletonOptions& options,
+                      bool skeleton_needed) {
+  const ReadOptions read{.up = options.up == "z" ? Up::z : Up::y, .scale = options.scale};
+  Asset asset = read_asset(path, read);
+  if (!options.only.empty()) keep_only(asset, options.only);
+  if (!options.skeleton.empty()) {
+    const Skeleton skeleton = read_skeleton(options.skeleton, read);
+    for (Character& character : asset.characters) give_skeleton(character, skeleton);
+  }
+  for (Character& character : asset.characters) {
+    if (character.skeleton.joints.empty()) {
+      if (skeleton_needed)
+        throw InputError("the file has no bones", path, "give --skeleton FILE (TGF or glTF)");
+      continue;
+    }
+    make_handles(character, options.joint_options());
+  }
+  return asset;
+}
+
+}  // namespace skinfield::cli

@@ -1,0 +1,86 @@
+// The one story: a character in, valid skinning weights and an honest report out.
+#pragma once
+
+#include "skinfield/base/progress.h"
+#include "skinfield/domain/domain.h"
+#include "skinfield/geometry/diagnosis.h"
+#include "skinfield/io/asset.h"
+#include "skinfield/weights/skin_weights.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skinfield {
+
+/// Which domain gave the weights: the ladder of design.md 3, best first.
+enum class Rung { volume, surface, nearest_visible_handle, nearest_handle };
+std::string name_of(Rung rung);
+
+/// Prescribed rows (Dirichlet) on input vertices; columns are the handles' columns.
+struct Paint {
+  std::vector<int> vertex;  ///< input vertices, 0-based
+  RowMatrix weights;        ///< (k, columns), rows on the simplex
+};
+
+struct BindOptions {
+  enum class DomainKind { automatic, points, surface };
+  DomainKind domain = DomainKind::automatic;
+  int nodes = 16000;
+  double tolerance = 1e-3;        ///< largest change of a weight at which the solve stops
+  int iterations = 500;
+  double time_limit_s = 0;        ///< of the solve; 0 = none
+  std::uint64_t seed = 0;
+  int max_influences = 0;         ///< 0 = all
+  double prune = 0;               ///< weights below this share of their row go
+  bool resolve = true;            ///< solve again on the kept support when influences are cut
+  enum class Symmetry { off, x, automatic };
+  Symmetry symmetry = Symmetry::off;
+  std::optional<Paint> paint;
+  std::optional<SkinWeights> start;    ///< over input vertices, all columns
+  std::vector<int> locked_columns;     ///< kept from `start`
+};
+
+struct SolvedDomain;
+
+struct BindReport {
+  Diagnosis input;
+  int handles = 0;
+  std::vector<std::string> handles_inside, handles_partly_inside, handles_outside, joints_left_out;
+  Rung rung = Rung::volume;
+  std::string domain_kind;
+  int nodes = 0, handle_nodes = 0, node_components = 0, node_components_without_handle = 0;
+  std::int64_t rays = 0;
+  int clean_parts = 0, dirty_parts = 0, passenger_parts = 0, flipped_faces = 0;
+  SolveStats solve;
+  std::int64_t rows = 0, negative = 0, non_finite = 0;
+  double row_sum_error = 0;
+  std::vector<std::int64_t> influences;   ///< histogram: rows with k influences
+  double pruned_mass_mean = 0, pruned_mass_max = 0;
+  std::vector<std::string> handles_without_vertices;
+  std::map<std::string, std::int64_t> vertices_filled;  ///< by cause
+  std::int64_t extrema = 0;
+  std::map<std::string, double> seconds, cpu_seconds;
+  std::vector<std::string> warnings;
+};
+
+struct BindResult {
+  SkinWeights weights;   ///< (input vertices, columns)
+  BindReport report;
+  std::shared_ptr<const SolvedDomain> solved;  ///< for transfer to other meshes
+};
+
+/// @throws InputError: no vertices, no handles and no paint, non-finite positions, sizes of paint
+/// or start that do not fit. Anything else ends in valid weights.
+BindResult bind(const Character& character, const BindOptions& options = {},
+                const Progress& progress = {});
+
+/// Weights of another mesh of the same character (level of detail, clothes) through the domain.
+/// Positions in the character's units.
+SkinWeights transfer(const SolvedDomain& solved, const Character& target,
+                     std::map<std::string, std::int64_t>* vertices_filled = nullptr);
+
+}  // namespace skinfield

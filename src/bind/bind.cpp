@@ -1,0 +1,248 @@
+#include "skinfield/bind/bind.h"
+
+#include "bind/conditions.h"
+#include "bind/solved_domain.h"
+#include "skinfield/bind/report.h"
+#include "skinfield/domain/surface_domain.h"
+#include "skinfield/geometry/normals.h"
+#include "skinfield/methods/bounded_biharmonic.h"
+#include "skinfield/methods/support.h"
+#include "skinfield/weights/operations.h"
+#include "skinfield/weights/statistics.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace skinfield {
+namespace {
+
+/// Wall and processor seconds of consecutive stages.
+class Stopwatch {
+ public:
+  explicit Stopwatch(BindReport& report) : report_(report) {}
+  void lap(const std::string& stage) {
+    const auto wall = std::chrono::steady_clock::now();
+    const double cpu = process_cpu_seconds();
+    report_.seconds[stage] += std::chrono::duration<double>(wall - wall_).count();
+    report_.cpu_seconds[stage] += cpu - cpu_;
+    wall_ = wall;
+    cpu_ = cpu;
+  }
+
+ private:
+  BindReport& report_;
+  std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
+  double cpu_ = process_cpu_seconds();
+};
+
+void check_input(const Character& character, const BindOptions& options) {
+  const Points& V = character.mesh.V;
+  if (V.rows() == 0)
+    throw InputError("the mesh has no vertices", character.name, "give a mesh with triangles or points");
+  for (Eigen::Index i = 0; i < V.rows(); ++i)
+    if (!V.row(i).allFinite())
+      throw InputError("vertex " + std::to_string(i) + " has a position that is not finite",
+                       character.name, "repair the file");
+  if (character.skeleton.handles.empty() && !options.paint)
+    throw InputError("there are no bones to bind to", character.name,
+                     "give --skeleton FILE or --paint FILE");
+}
+
+void describe_handles(const ScaledCharacter& scaled, const Solid* solid, BindReport& report) {
+  report.handles = static_cast<int>(scaled.handles.size());
+  for (const Handle& handle : scaled.handles) {
+    const Points X = probe_handles({handle}, 0.01);
+    int inside = 0;
+    for (Eigen::Index i = 0; i < X.rows(); ++i)
+      inside += solid && solid->inside(Vec3(X.row(i).transpose()));
+    auto& list = inside == X.rows() && X.rows() > 0 ? report.handles_inside
+                 : inside > 0                       ? report.handles_partly_inside
+                                                    : report.handles_outside;
+    list.push_back(handle.name);
+  }
+}
+
+/// The best rung of the ladder that stands, with its domain.
+void build_domain(const BindOptions& options, const PaintedPoints& paint, SolvedDomain& solved,
+                  BindReport& report, const Progress& progress) {
+  const bool flat = report.input.planar;
+  const bool surface_wanted = options.domain == BindOptions::DomainKind::surface;
+  if (!surface_wanted && !(flat && options.domain == BindOptions::DomainKind::automatic)) {
+    try {
+      PointDomainOptions point_options;
+      point_options.nodes = options.nodes;
+      point_options.seed = options.seed;
+      auto domain = std::make_unique<PointDomain>(solved.scaled.mesh, solved.scaled.handles,
+                                                  point_options, paint, progress);
+      solved.points = domain.get();
+      solved.domain = std::move(domain);
+      solved.rung = Rung::volume;
+      return;
+    } catch (const DomainError& error) {
+      report.warnings.push_back(error.message() + ": the weights live on the surface");
+    }
+  }
+  if (solved.scaled.mesh.F.rows() > 0 && paint.X.rows() == 0) {
+    try {
+      solved.domain = std::make_unique<SurfaceDomain>(solved.scaled.mesh, solved.scaled.handles);
+      solved.rung = Rung::surface;
+      return;
+    } catch (const DomainError& error) {
+      report.warnings.push_back(error.message() + ": each vertex takes its nearest handle");
+    }
+  }
+  solved.rung =
+      solved.scaled.mesh.F.rows() > 0 ? Rung::nearest_visible_handle : Rung::nearest_handle;
+}
+
+void describe_domain(const SolvedDomain& solved, BindReport& report) {
+  report.rung = solved.rung;
+  report.domain_kind = solved.points   ? "points"
+                       : solved.domain ? "surface"
+                                       : "handles";
+  if (solved.domain) report.nodes = static_cast<int>(solved.domain->nodes().rows());
+  if (!solved.points) return;
+  const PointDomainFacts& facts = solved.points->facts();
+  report.handle_nodes = facts.handle_nodes;
+  report.rays = facts.rays;
+  report.node_components = facts.components;
+  report.node_components_without_handle = facts.components_without_handle;
+  for (const auto& [stage, seconds] : facts.seconds) report.seconds["domain_" + stage] = seconds;
+  const Solid::Facts& solid = solved.points->solid().facts();
+  report.clean_parts = solid.clean;
+  report.dirty_parts = solid.dirty;
+  report.passenger_parts = solid.passengers;
+  report.flipped_faces = solid.flipped_faces;
+}
+
+void describe_weights(const SkinWeights& weights, const Character& character, BindReport& report) {
+  const WeightStatistics s = weight_statistics(weights, character.skeleton.column);
+  report.rows = weights.W.rows();
+  report.row_sum_error = s.row_sum_error;
+  report.negative = s.negative;
+  report.non_finite = s.non_finite;
+  report.influences.assign(s.influences.begin(), s.influences.end());
+  for (int c : s.without_vertices)
+    report.handles_without_vertices.push_back(
+        static_cast<std::size_t>(c) < weights.names.size() ? weights.names[static_cast<std::size_t>(c)]
+                                                           : std::to_string(c));
+}
+
+}  // namespace
+
+std::string name_of(Rung rung) {
+  switch (rung) {
+    case Rung::volume:
+      return "volume";
+    case Rung::surface:
+      return "surface";
+    case Rung::nearest_visible_handle:
+      return "nearest_visible_handle";
+    case Rung::nearest_handle:
+      return "nearest_handle";
+  }
+  return "";
+}
+
+BindResult bind(const Character& character, const BindOptions& options, const Progress& progress) {
+  check_input(character, options);
+  BindResult result;
+  BindReport& report = result.report;
+  Stopwatch watch(report);
+  progress("diagnose", 0);
+  report.input = diagnose(character.mesh, {}, progress);
+  watch.lap("diagnose");
+
+  auto solved = std::make_shared<SolvedDomain>();
+  solved->scaled = scale_to_unit_box(character);
+  solved->column = character.skeleton.column;
+  solved->columns = character.skeleton.columns;
+  solved->names = character.skeleton.column_names;
+  solved->max_influences = options.max_influences;
+  solved->prune = options.prune;
+  if (solved->scaled.handles.empty()) {
+    // Paint alone: its columns are the handles.
+    solved->columns = static_cast<int>(options.paint->weights.cols());
+    for (int c = 0; c < solved->columns; ++c) {
+      solved->column.push_back(c);
+      solved->names.push_back("paint_" + std::to_string(c));
+    }
+  }
+  for (int joint : character.skeleton.left_out)
+    report.joints_left_out.push_back(
+        character.skeleton.joints[static_cast<std::size_t>(joint)].name);
+  Mesh& mesh = solved->scaled.mesh;
+  if (mesh.is_point_cloud() && mesh.N.rows() != mesh.V.rows())
+    mesh.N = estimate_point_normals(mesh.V, probe_handles(solved->scaled.handles, 0.02));
+  const Conditions conditions = conditions_for(character, options, *solved);
+  find_symmetry(options, *solved, report);
+
+  progress("domain", 0);
+  build_domain(options, conditions.paint, *solved, report, progress);
+  watch.lap("domain");
+  describe_domain(*solved, report);
+  describe_handles(solved->scaled, solved->points ? &solved->points->solid() : nullptr, report);
+  for (const std::string& name : report.handles_outside)
+    if (solved->points)
+      report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
+
+  if (solved->domain) {
+    progress("solve", 0);
+    BoundedBiharmonicOptions method;
+    method.tolerance = options.tolerance;
+    method.max_iterations = options.iterations;
+    method.time_limit_s = options.time_limit_s;
+    apply_start(conditions, *solved, method);
+    BoundedBiharmonicResult weights = bounded_biharmonic(
+        {solved->domain->stiffness(), solved->domain->mass(), solved->domain->fixed()}, method,
+        progress);
+    report.solve = weights.stats;
+    solved->nodal = std::move(weights.W);
+    // Energies are in file units: 1/2 tr(W' K M^-1 K W) scales as length^(d-4) in d dimensions.
+    const double scale = std::pow(solved->scaled.box.scale, solved->rung == Rung::volume ? 1 : 2);
+    report.solve.energy *= scale;
+    report.solve.lower_bound *= scale;
+    watch.lap("solve");
+    if (options.max_influences > 0 && options.resolve) {
+      solved->nodal = resolve_on_kept_support(*solved, options, progress);
+      watch.lap("resolve");
+    }
+  }
+
+  progress("evaluate", 0);
+  std::vector<Fill> fill;
+  const Points normals = solved->points ? solved->points->solid().normals()
+                         : mesh.F.rows() > 0 ? vertex_normals(mesh.V, mesh.F)
+                                             : mesh.N;
+  RowMatrix rows = solved->at(mesh.V, normals, true, fill);
+  apply_exact_conditions(conditions, rows);
+  count_fills(fill, report.vertices_filled);
+  SkinWeights weights = solved->to_columns(rows, character.vertex_of_input);
+  watch.lap("evaluate");
+
+  Pruned pruned = prune(weights, {.max_influences = options.max_influences, .epsilon = options.prune});
+  report.pruned_mass_mean = pruned.mean_mass;
+  report.pruned_mass_max = pruned.max_mass;
+  result.weights = std::move(pruned.weights);
+  describe_weights(result.weights, character, report);
+  report.extrema = mesh_extrema(rows, mesh);
+  watch.lap("finish");
+  result.solved = std::move(solved);
+  return result;
+}
+
+SkinWeights transfer(const SolvedDomain& solved, const Character& target,
+                     std::map<std::string, std::int64_t>* vertices_filled) {
+  const Points X = solved.scaled.box.to(target.mesh.V);
+  const Points N =
+      target.mesh.F.rows() > 0 ? vertex_normals(X, target.mesh.F) : target.mesh.N;
+  std::vector<Fill> fill;
+  const RowMatrix rows = solved.at(X, N, false, fill);
+  if (vertices_filled) count_fills(fill, *vertices_filled);
+  return prune(solved.to_columns(rows, target.vertex_of_input),
+               {.max_influences = solved.max_influences, .epsilon = solved.prune})
+      .weights;
+}
+
+}  // namespace skinfield

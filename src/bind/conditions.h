@@ -1,0 +1,37 @@
+// Paint, locked columns, warm starts and symmetry: what the caller prescribes, in the unit box.
+#pragma once
+
+#include "bind/solved_domain.h"
+#include "skinfield/domain/point_domain.h"
+#include "skinfield/methods/bounded_biharmonic.h"
+
+namespace skinfield {
+
+struct Conditions {
+  PaintedPoints paint;                ///< on merged vertices, handle columns
+  std::vector<int> painted_vertex;    ///< merged vertices of paint's rows
+  RowMatrix start;                    ///< (vertices, handles) given weights, or empty
+  std::vector<int> locked;            ///< handles whose columns are kept from `start`
+};
+
+/// @throws InputError for sizes or columns that do not fit.
+Conditions conditions_for(const Character& character, const BindOptions& options,
+                          const SolvedDomain& solved);
+
+/// Warm start and locks on the domain's nodes.
+void apply_start(const Conditions& conditions, const SolvedDomain& solved,
+                 BoundedBiharmonicOptions& method);
+
+/// Painted rows and locked columns hold exactly on the vertices they were given for.
+void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows);
+
+/// Decides on symmetry in x and pairs the handles; a warning where it is asked for but not there.
+void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport& report);
+
+RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const BindOptions& options,
+                                  const Progress& progress);
+
+/// Spurious local extrema of the handles' weights over the mesh's edges, tolerance 1e-4.
+std::int64_t mesh_extrema(const RowMatrix& rows, const Mesh& mesh);
+
+}  // namespace skinfield

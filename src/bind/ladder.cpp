@@ -1,0 +1,85 @@
+#include "bind/ladder.h"
+
+#include "skinfield/base/parallel.h"
+#include "skinfield/geometry/closest_point.h"
+#include "skinfield/geometry/ray_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skinfield {
+
+ScaledCharacter scale_to_unit_box(const Character& character) {
+  ScaledCharacter scaled;
+  scaled.box = unit_box(character.mesh.V);
+  scaled.mesh = character.mesh;
+  scaled.mesh.V = scaled.box.to(character.mesh.V);
+  scaled.handles = character.skeleton.handles;
+  for (Handle& handle : scaled.handles) {
+    handle.point = scaled.box.to(handle.point);
+    for (auto& [a, b] : handle.segments) {
+      a = scaled.box.to(a);
+      b = scaled.box.to(b);
+    }
+  }
+  return scaled;
+}
+
+double distance_to_handle(const Handle& handle, const Mesh& mesh, const Vec3& x, Vec3* closest) {
+  double best = 1e300;
+  const auto consider = [&](const Vec3& y) {
+    const double d = (y - x).norm();
+    if (d >= best) return;
+    best = d;
+    if (closest) *closest = y;
+  };
+  switch (handle.kind) {
+    case Handle::Kind::bone:
+      for (const auto& [a, b] : handle.segments)
+        consider(a + closest_on_segment(a, b, x) * (b - a));
+      break;
+    case Handle::Kind::point:
+      consider(handle.point);
+      break;
+    case Handle::Kind::region:
+      for (int v : handle.vertices) consider(mesh.V.row(v).transpose());
+      break;
+  }
+  return best;
+}
+
+RowMatrix nearest_handle_weights(const Mesh& mesh, const std::vector<Handle>& handles,
+                                 const Points& X, const Points& normals, bool visible,
+                                 std::vector<Fill>& fill) {
+  constexpr double step = 1e-4;
+  RowMatrix W = RowMatrix::Zero(X.rows(), static_cast<Eigen::Index>(handles.size()));
+  fill.assign(static_cast<std::size_t>(X.rows()), Fill::nearest);
+  const RayScene scene(mesh.V, mesh.F);
+  parallel_for(static_cast<std::size_t>(X.rows()), 64, [&](std::size_t i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Vec3 x = X.row(row).transpose();
+    std::vector<std::pair<double, int>> order;
+    std::vector<Vec3> closest(handles.size(), x);
+    for (std::size_t h = 0; h < handles.size(); ++h)
+      order.emplace_back(distance_to_handle(handles[h], mesh, x, &closest[h]), static_cast<int>(h));
+    std::sort(order.begin(), order.end());
+    int chosen = order.front().second;
+    if (visible && !scene.empty()) {
+      const Vec3 n = normals.rows() > 0 ? Vec3(normals.row(row).transpose()) : Vec3(Vec3::Zero());
+      for (const auto& [distance, h] : order) {
+        const Vec3& y = closest[static_cast<std::size_t>(h)];
+        // A sheet has two sides: look from the one that faces the handle.
+        const Vec3 from = x + (n.dot(y - x) >= 0 ? step : -step) * n;
+        if (!scene.occluded(from, y, step, step)) {
+          chosen = h;
+          fill[i] = Fill::handle;
+          break;
+        }
+      }
+    }
+    W(row, chosen) = 1;
+  });
+  return W;
+}
+
+}  // namespace skinfield

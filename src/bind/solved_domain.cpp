@@ -1,0 +1,109 @@
+#include "bind/solved_domain.h"
+
+#include "skinfield/base/parallel.h"
+
+#include <cmath>
+
+namespace skinfield {
+namespace {
+
+/// Rows on the simplex exactly: dust below 1e-12 goes, the rest sums to one.
+void tidy(RowMatrix& W) {
+  parallel_for(static_cast<std::size_t>(W.rows()), 256, [&](std::size_t i) {
+    auto row = W.row(static_cast<Eigen::Index>(i));
+    double sum = 0;
+    for (Eigen::Index j = 0; j < row.size(); ++j) {
+      if (!(row[j] > 1e-12)) row[j] = 0;
+      sum += row[j];
+    }
+    if (sum > 0) row /= sum;
+  });
+}
+
+}  // namespace
+
+RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, bool own_mesh,
+                                std::vector<Fill>& fill) const {
+  RowMatrix W = RowMatrix::Zero(X.rows(), static_cast<Eigen::Index>(scaled.handles.size()));
+  if (domain) {
+    Interpolation interpolation =
+        own_mesh && points ? points->at_mesh() : domain->at(X, normals);
+    W = interpolation.P * nodal;
+    fill = std::move(interpolation.fill);
+  } else {
+    fill.assign(static_cast<std::size_t>(X.rows()), Fill::nearest);
+  }
+  tidy(W);
+  // Rows that no node reaches take the nearest handle that they see, else the nearest.
+  std::vector<int> empty;
+  for (Eigen::Index i = 0; i < W.rows(); ++i)
+    if (!(W.row(i).sum() > 0.5)) empty.push_back(static_cast<int>(i));
+  if (!empty.empty() && !scaled.handles.empty()) {
+    Points E(static_cast<Eigen::Index>(empty.size()), 3);
+    Points EN(normals.rows() > 0 ? E.rows() : 0, 3);
+    for (std::size_t k = 0; k < empty.size(); ++k) {
+      E.row(static_cast<Eigen::Index>(k)) = X.row(empty[k]);
+      if (EN.rows() > 0) EN.row(static_cast<Eigen::Index>(k)) = normals.row(empty[k]);
+    }
+    std::vector<Fill> how;
+    const RowMatrix nearest = nearest_handle_weights(scaled.mesh, scaled.handles, E, EN, true, how);
+    for (std::size_t k = 0; k < empty.size(); ++k) {
+      W.row(empty[k]) = nearest.row(static_cast<Eigen::Index>(k));
+      fill[static_cast<std::size_t>(empty[k])] = how[k];
+    }
+  }
+  return W;
+}
+
+RowMatrix SolvedDomain::at(const Points& X, const Points& normals, bool own_mesh,
+                           std::vector<Fill>& fill) const {
+  RowMatrix W = at_once(X, normals, own_mesh, fill);
+  if (!symmetric) return W;
+  // The mean of the field and its mirror image: exactly symmetric, and a domain can be asked
+  // anywhere.
+  Points R = X, RN = normals;
+  R.col(0) = (2 * mirror_plane - X.col(0).array()).matrix();
+  if (RN.rows() > 0) RN.col(0) *= -1;
+  std::vector<Fill> ignored;
+  const RowMatrix mirrored = at_once(R, RN, false, ignored);
+  for (Eigen::Index h = 0; h < W.cols(); ++h)
+    W.col(h) = 0.5 * (W.col(h) + mirrored.col(partner[static_cast<std::size_t>(h)])).eval();
+  return W;
+}
+
+SkinWeights SolvedDomain::to_columns(const RowMatrix& handle_rows,
+                                     const std::vector<int>& vertex_of_input) const {
+  SkinWeights weights;
+  weights.names = names;
+  weights.W.resize(static_cast<Eigen::Index>(vertex_of_input.size()), columns);
+  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
+  for (std::size_t i = 0; i < vertex_of_input.size(); ++i) {
+    const auto row = handle_rows.row(vertex_of_input[i]);
+    for (Eigen::Index h = 0; h < row.size(); ++h)
+      if (row[h] > 0)
+        entries.emplace_back(static_cast<std::int32_t>(i), column[static_cast<std::size_t>(h)], row[h]);
+  }
+  weights.W.setFromTriplets(entries.begin(), entries.end());
+  return weights;
+}
+
+void count_fills(const std::vector<Fill>& fill, std::map<std::string, std::int64_t>& counts) {
+  for (Fill f : fill) switch (f) {
+      case Fill::none:
+        break;
+      case Fill::hidden:
+        ++counts["hidden"];
+        break;
+      case Fill::passenger:
+        ++counts["passenger"];
+        break;
+      case Fill::handle:
+        ++counts["nearest_visible_handle"];
+        break;
+      case Fill::nearest:
+        ++counts["nearest_handle"];
+        break;
+    }
+}
+
+}  // namespace skinfield
