@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kLeastPivot = 1e-15;      // of the diagonal entry: less is rounding
 constexpr std::ptrdiff_t kDepth = 256;     // rows of a strip that stay in the first cache
+constexpr int kSlab = 64;                  // rows of a panel that stay in the second cache
 constexpr std::size_t kRowsPerTask = 128;  // of a front, where its work is shared out
 
 /// Rows [begin, end) of F (stride s): F[i][j0..j0+width) -= sum_{k<K} F[i][k] F[j0+t][k].
@@ -272,9 +273,15 @@ class SupernodalFactor : public SparseFactor::Backend {
         for (int c = 0; c < kStrip; ++c) Y[(j + r) * kStrip + c] -= acc[r * kStrip + c];
       }
     };
+    // A slab of rows stays in the cache while all columns pass over it.
+    for (int from = w; from < s; from += kSlab) {
+      const double* rows_of = gathered.data() + static_cast<std::ptrdiff_t>(from - w) * kStrip;
+      for (int j = 0; j < w; j += kKernelRows) {
+        subtract(j, std::min(kKernelRows, w - j), from, std::min(from + kSlab, s), rows_of);
+      }
+    }
     for (int end = w; end > 0;) {
       const int j = (end - 1) / kKernelRows * kKernelRows, count = end - j;
-      subtract(j, count, w, s, gathered.data());
       subtract(j, count, end, w, Y + static_cast<std::ptrdiff_t>(end) * kStrip);
       for (int r = count - 1; r >= 0; --r) {
         double* y = Y + static_cast<std::ptrdiff_t>(j + r) * kStrip;
