@@ -11,16 +11,18 @@ namespace {
 constexpr int nearest_tried = 48;
 constexpr int nearest_used = 24;
 constexpr int fewest_seen = 6;
-constexpr int width_neighbour = 8;    // sigma = 0.5 * distance to the 8th
+constexpr int width_neighbour = 8;    // sigma is a share of the distance to the 8th
+constexpr double width = 0.5;
+constexpr double width_on_surface = 0.4;
 constexpr double dust = 1e-10;
 
-/// Shepard weights with a Gaussian, sigma = 0.5 d_8; in place of the distances.
-void shepard(std::vector<std::pair<int, double>>& row) {
+/// Shepard weights with a Gaussian, sigma = share * d_8; in place of the distances.
+void shepard(std::vector<std::pair<int, double>>& row, double share = width) {
   std::sort(row.begin(), row.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second < b.second : a.first < b.first;
   });
   const std::size_t k = std::min<std::size_t>(row.size(), width_neighbour) - 1;
-  const double sigma = std::max(0.5 * row[k].second, 1e-300);
+  const double sigma = std::max(share * row[k].second, 1e-300);
   const double nearest = row.front().second;
   double sum = 0;
   for (auto& [node, d] : row) {
@@ -29,6 +31,35 @@ void shepard(std::vector<std::pair<int, double>>& row) {
     sum += d;
   }
   for (auto& [node, d] : row) d /= sum;
+}
+
+/// Makes Shepard weights exact for functions that are linear along the surface, where clamping at
+/// zero allows it. Across the surface they stay constant: nodes lie to one side only, and the
+/// weights' normal derivative is zero there.
+void correct_along_surface(const Vec3& x, const Vec3& normal, const std::vector<Site>& sites,
+                           std::vector<std::pair<int, double>>& row) {
+  const Vec3 e1 = normal.unitOrthogonal();
+  const Vec3 e2 = normal.cross(e1);
+  Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
+  const auto along = [&](int node) {
+    const Vec3 d = sites[static_cast<std::size_t>(node)].x - x;
+    return Eigen::Vector2d(d.dot(e1), d.dot(e2));
+  };
+  for (const auto& [node, w] : row) {
+    const Eigen::Vector2d t = along(node);
+    A += w * t * t.transpose();
+    b += w * t;
+  }
+  A += 0.01 * A.trace() * Eigen::Matrix2d::Identity();
+  if (!(A.determinant() > 0)) return;
+  const Eigen::Vector2d slope = A.inverse() * b;
+  double sum = 0;
+  for (auto& [node, w] : row) {
+    w *= std::max(0.0, 1 - slope.dot(along(node)));
+    sum += w;
+  }
+  for (auto& [node, w] : row) w /= sum;
 }
 
 }  // namespace
@@ -85,7 +116,9 @@ Fill PointEvaluation::evaluate(const Vec3& x, const Vec3& normal, bool clean,
       if (static_cast<int>(row.size()) == nearest_used) break;
     }
     if (clean && static_cast<int>(row.size()) >= fewest_seen) {
-      shepard(row);
+      const bool on_surface = normal.squaredNorm() > 0;
+      shepard(row, on_surface ? width_on_surface : width);
+      if (on_surface) correct_along_surface(x, normal, sites_, row);
       return Fill::none;
     }
   }

@@ -22,6 +22,7 @@ class SizeField {
   SizeField(Points centres, Vector base, double slope)
       : centres_(std::move(centres)), base_(std::move(base)), slope_(slope) {}
   void scale(double c, double low, double high) { c_ = c, low_ = low, high_ = high; }
+  void stretch(double factor) { c_ *= factor, low_ *= factor, high_ *= factor; }
   double at(const Vec3& x) const;
   double low() const { return low_; }
   double high() const { return high_; }
