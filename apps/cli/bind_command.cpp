@@ -71,6 +71,8 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
           {"joints", o.skeleton.joints},
           {"exclude", o.skeleton.exclude},
           {"leaf", o.skeleton.leaf},
+          {"up", o.skeleton.up},
+          {"scale", fmt::format("{:g}", o.skeleton.scale)},
           {"skeleton", o.skeleton.skeleton},
           {"only", o.skeleton.only},
           {"paint", o.paint},
@@ -80,13 +82,26 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
 
 /// Weights, paint and locks given as files; they are for a single character.
 void read_conditions(const Options& o, const Character& character, BindOptions& options) {
+  const auto vertices = static_cast<Eigen::Index>(character.vertex_of_input.size());
+  const Eigen::Index columns = character.skeleton.columns;
   if (!o.paint.empty()) {
-    const PaintFile file = read_paint(o.paint, static_cast<int>(character.vertex_of_input.size()));
+    const PaintFile file = read_paint(o.paint, vertices);
+    if (columns > 0 && file.weights.cols() != columns)
+      throw InputError(fmt::format("has {} columns of weights, the skeleton {} handles",
+                                   file.weights.cols(), columns),
+                       o.paint, "give one column a handle, in the skeleton's order");
     options.paint = Paint{file.index, file.weights};
   }
-  if (!o.weights_in.empty()) options.start = read_weights(o.weights_in);
+  if (!o.weights_in.empty()) {
+    options.start = read_weights(o.weights_in);
+    const SparseRows& W = options.start->W;
+    if (W.rows() != vertices || (columns > 0 && W.cols() != columns))
+      throw InputError(fmt::format("holds {} x {} weights, the character has {} vertices and {} "
+                                   "handles",
+                                   W.rows(), W.cols(), vertices, columns),
+                       o.weights_in, "give the weights of this very file");
+  }
   if (o.lock.empty()) return;
-  if (!options.start) throw UsageError("--lock needs --weights-in, whose columns it keeps");
   const auto& names = character.skeleton.column_names;
   for (std::size_t c = 0; c < names.size(); ++c)
     if (glob_match(o.lock, names[c])) options.locked_columns.push_back(static_cast<int>(c));
@@ -94,11 +109,38 @@ void read_conditions(const Options& o, const Character& character, BindOptions& 
     throw UsageError("--lock " + o.lock + ": no handle has such a name");
 }
 
+/// Errors of the library name the character; the user knows it by its file.
+BindResult bind_naming_file(const std::string& path, const Character& character,
+                            const BindOptions& options, const Progress& progress) {
+  try {
+    return bind(character, options, progress);
+  } catch (const InputError& error) {
+    throw InputError(error.message(), error.where().empty() ? path : path + ": " + error.where(),
+                     error.remedy());
+  }
+}
+
+std::string format_output(const Asset& asset, const std::vector<SkinWeights>& weights,
+                          const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (is_gltf(path))
+    return format_gltf(asset, weights, lower_extension(path) == ".glb", {},
+                       folder.empty() ? "." : folder);
+  return format_weights(weights.front(), lower_extension(path));
+}
+
 void run(const Options& o, const Common& common) {
   const auto start = std::chrono::steady_clock::now();
   const double cpu = process_cpu_seconds();
   check_output(o.output);
-  if (!o.weights_out.empty()) check_output(o.weights_out);
+  if (!o.weights_out.empty()) {
+    check_output(o.weights_out);
+    if (is_gltf(o.weights_out))
+      throw UsageError(o.weights_out + ": --weights writes .npz, .npy, .dmat or .csv");
+  }
+  if (!o.lock.empty() && o.weights_in.empty())
+    throw UsageError("--lock needs --weights-in FILE, whose columns it keeps");
+  check_outputs({o.output, o.weights_out, o.report});
   const Progress progress = make_progress(common);
   Asset asset = read_characters(o.input, o.skeleton, o.paint.empty());
   for (const std::string& w : asset.warnings) warn(w);
@@ -109,30 +151,27 @@ void run(const Options& o, const Common& common) {
 
   std::vector<SkinWeights> weights;
   std::vector<BindReport> reports;
+  std::vector<std::string> notes;
   for (const Character& character : asset.characters) {
     BindOptions options = bind_options(o);
     read_conditions(o, character, options);
-    BindResult result = bind(character, options, progress);
+    BindResult result = bind_naming_file(o.input, character, options, progress);
     for (const std::string& w : result.report.warnings) warn(w);
     const BindReport& r = result.report;
-    note(common, fmt::format("{}: {} vertices, {} handles, {} on {} nodes; largest change {:.1e}, "
-                             "certified gap {:.1e}",
-                             character.name.empty() ? o.input : character.name, r.rows, r.handles,
-                             name_of(r.rung), r.nodes, r.solve.largest_change,
-                             r.solve.relative_gap));
+    notes.push_back(fmt::format("{}: {} vertices, {} handles, {} on {} nodes; largest change "
+                                "{:.1e}, certified gap {:.1e}",
+                                character.name.empty() ? o.input : character.name, r.rows,
+                                r.handles, name_of(r.rung), r.nodes, r.solve.largest_change,
+                                r.solve.relative_gap));
     if (common.verbose)
       for (const auto& [stage, seconds] : r.seconds)
-        note(common, fmt::format("  {:24} {:.3f} s", stage, seconds));
+        notes.push_back(fmt::format("  {:24} {:.3f} s", stage, seconds));
     weights.push_back(std::move(result.weights));
     reports.push_back(std::move(result.report));
   }
-  progress.check();
-  if (is_gltf(o.output))
-    write_gltf(asset, weights, o.output);
-  else
-    write_weights(o.output, weights.front());
-  if (!o.weights_out.empty()) write_weights(o.weights_out, weights.front());
-
+  std::vector<OutputFile> files{{o.output, format_output(asset, weights, o.output)}};
+  if (!o.weights_out.empty())
+    files.push_back({o.weights_out, format_output(asset, weights, o.weights_out)});
   ReportContext context;
   context.input_path = o.input;
   context.output_path = o.output;
@@ -144,7 +183,10 @@ void run(const Options& o, const Common& common) {
   context.total_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   context.total_cpu_s = process_cpu_seconds() - cpu;
   const std::string json = report_json(reports, context);
-  if (!o.report.empty()) write_file_atomically(o.report, json);
+  if (!o.report.empty()) files.push_back({o.report, json});
+  progress.check();
+  write_files_atomically(files);
+  for (const std::string& line : notes) note(common, line);
   if (common.json) fmt::print("{}", json);
 }
 
@@ -168,25 +210,27 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--quality", o->quality, "2000, 16000 or 64000 nodes")
       ->check(CLI::IsMember({"draft", "normal", "high"}))
       ->capture_default_str();
-  verb->add_option("--nodes", o->nodes, "Nodes, instead of --quality")->check(CLI::Range(50, 4000000));
+  verb->add_option("--nodes", o->nodes, "Nodes, instead of --quality")->check(number(50, 4000000));
   verb->add_option("--tolerance", o->tolerance, "Stop when no weight changes by more")
-      ->check(CLI::Range(1e-9, 1.0))
+      ->check(number(1e-9, 1))
       ->capture_default_str();
   verb->add_option("--iterations", o->iterations, "At most so many iterations")
-      ->check(CLI::Range(1, 1000000))
+      ->check(number(1, 1000000))
       ->capture_default_str();
   verb->add_option("--time-limit", o->time_limit, "Seconds for the solve (0: no limit)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number(0, 1e9))
       ->capture_default_str();
-  verb->add_option("--seed", o->seed, "Seed of the random numbers")->capture_default_str();
+  verb->add_option("--seed", o->seed, "Seed of the random numbers")
+      ->check(number(0, 1e18))
+      ->capture_default_str();
   verb->add_option("--paint", o->paint, "Prescribed rows: NPZ (index, weights) or CSV");
   verb->add_option("--weights-in", o->weights_in, "Start from these weights");
   verb->add_option("--lock", o->lock, "Keep these handles' weights from --weights-in: GLOB");
   verb->add_option("--max-influences", o->max_influences,
                    "Influences a vertex (0: all) [4 for glTF, 0 for matrices]")
-      ->check(CLI::Range(0, 100000));
+      ->check(number(0, 100000));
   verb->add_option("--prune", o->prune, "Drop smaller weights [1e-4 for glTF, 0 for matrices]")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(number(0, 1));
   verb->add_option("--symmetry", o->symmetry, "Make the weights mirror-symmetric in x")
       ->check(CLI::IsMember({"off", "x", "auto"}))
       ->capture_default_str();

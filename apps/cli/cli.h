@@ -55,6 +55,13 @@ CLI::App* new_verb(CLI::App& app, Common& common, const std::string& name,
 Progress make_progress(const Common& common);
 void note(const Common& common, const std::string& line);
 void warn(const std::string& line);
+
+/// Accepts finite numbers from `least` to `most`; their names in the message, such as "a number
+/// from 0 to 1".
+CLI::Validator number(double least, double most);
+/// Refuses outputs that cannot be written (exit code 5), before anything is computed. Empty paths
+/// are passed over; the same path twice is a usage error.
+void check_outputs(const std::vector<std::string>& paths);
 std::string link_profile();
 
 /// How a character's skeleton is found and which joints deform.

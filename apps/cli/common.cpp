@@ -1,14 +1,18 @@
 #include "cli.h"
 
 #include "skinfield/bind/handles.h"
+#include "skinfield/io/file.h"
 #include "skinfield/io/io.h"
 
 #include <fmt/core.h>
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <set>
 #include <unistd.h>
 
 namespace skinfield::cli {
@@ -41,7 +45,7 @@ CLI::App* new_verb(CLI::App& app, Common& common, const std::string& name,
   verb->add_flag("--quiet", common.quiet, "No progress, no notes");
   verb->add_flag("--verbose", common.verbose, "Say more on stderr");
   verb->add_option("--threads", common.threads, "Threads to use (0: all)")
-      ->check(CLI::Range(0, 4096));
+      ->check(number(0, 4096));
   return verb;
 }
 
@@ -69,6 +73,29 @@ void note(const Common& common, const std::string& line) {
 
 void warn(const std::string& line) { fmt::print(stderr, "warning: {}\n", line); }
 
+CLI::Validator number(double least, double most) {
+  const std::string wanted = most < 1e300 ? fmt::format("a number from {:g} to {:g}", least, most)
+                                          : fmt::format("a number from {:g} up", least);
+  return {[least, most, wanted](const std::string& text) -> std::string {
+            char* end = nullptr;
+            const double value = std::strtod(text.c_str(), &end);
+            const bool good = !text.empty() && *end == 0 && std::isfinite(value) &&
+                              value >= least && value <= most;
+            return good ? "" : text + " is not " + wanted;
+          },
+          {}};
+}
+
+void check_outputs(const std::vector<std::string>& paths) {
+  std::set<std::filesystem::path> seen;
+  for (const std::string& path : paths) {
+    if (path.empty()) continue;
+    if (!seen.insert(std::filesystem::path(path).lexically_normal()).second)
+      throw UsageError(path + ": is named for two outputs (give each its own name)");
+    check_writable(path);
+  }
+}
+
 std::string link_profile() {
 #ifdef SKINFIELD_PROFILE_FULL
   return "full (links SuiteSparse CHOLMOD, whose supernodal module is GPL)";
@@ -88,7 +115,9 @@ void SkeletonOptions::add_to(CLI::App& verb) {
   verb.add_option("--up", up, "Up axis of OBJ, PLY, OFF, STL and tet files")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
-  verb.add_option("--scale", scale, "Factor on the units of those files")->capture_default_str();
+  verb.add_option("--scale", scale, "Factor on the units of those files")
+      ->check(number(1e-12, 1e12))
+      ->capture_default_str();
   verb.add_option("--only", only, "Only the mesh or object of this name");
 }
 
@@ -124,7 +153,12 @@ Asset read_characters(const std::string& path, const SkeletonOptions& options,
         throw InputError("the file has no bones", path, "give --skeleton FILE (TGF or glTF)");
       continue;
     }
-    make_handles(character, options.joint_options());
+    try {
+      make_handles(character, options.joint_options());
+    } catch (const InputError& error) {
+      throw InputError(error.message(), options.skeleton.empty() ? path : options.skeleton,
+                       error.remedy());
+    }
   }
   return asset;
 }

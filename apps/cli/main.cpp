@@ -16,11 +16,12 @@ using namespace skinfield::cli;
 
 std::string version_text() {
   return "skinfield " SKINFIELD_VERSION "\nprofile: " + link_profile() +
-         "\nsource licence: MIT; linked parts and their licences: LICENSES.md";
+         "\nlicence: MIT; linked: Eigen (MPL-2.0), Embree and oneTBB (Apache-2.0), nlohmann/json and fmt "
+         "(MIT),\nCLI11 (BSD-3-Clause), nanoflann (BSD-2-Clause), libpng, zlib; see LICENSES.md";
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"Skinning weights for 3D characters: any mesh in, valid weights out."};
+  CLI::App app{"Skinning weights for 3D characters: any mesh in, valid weights out.", "skinfield"};
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   app.footer("Example: skinfield bind hero.glb -o hero-bound.glb\n"

@@ -1,6 +1,7 @@
 #include "cli.h"
 #include "posing.h"
 
+#include "skinfield/io/file.h"
 #include "skinfield/io/mesh_file.h"
 
 namespace skinfield::cli {
@@ -12,6 +13,10 @@ struct Options {
 };
 
 void run(const Options& o) {
+  const std::string extension = lower_extension(o.output);
+  if (extension != ".obj" && extension != ".ply" && extension != ".off")
+    throw UsageError(o.output + ": posed meshes are written as .obj, .ply or .off");
+  check_outputs({o.output});
   const Asset asset = read_characters(o.input, o.skeleton);
   if (asset.characters.size() > 1)
     throw UsageError(o.input + ": the file holds several characters (use --only MESH)");

@@ -133,8 +133,8 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
       ->capture_default_str();
   verb->add_option("--weights", o->weights, "Weight matrix, if the file has none");
   verb->add_flag("--bones", o->bones, "Draw the skeleton");
-  verb->add_option("--width", o->render.width, "Pixels")->check(CLI::Range(16, 16384))->capture_default_str();
-  verb->add_option("--height", o->render.height, "Pixels")->check(CLI::Range(16, 16384))->capture_default_str();
+  verb->add_option("--width", o->render.width, "Pixels")->check(number(16, 16384))->capture_default_str();
+  verb->add_option("--height", o->render.height, "Pixels")->check(number(16, 16384))->capture_default_str();
   verb->add_option("--yaw", o->render.camera.yaw, "Degrees around the up axis")->capture_default_str();
   verb->add_option("--pitch", o->render.camera.pitch, "Degrees downward")->capture_default_str();
   verb->add_option("--caption", o->render.caption, "A line of text at the lower border");
@@ -142,6 +142,7 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
   verbs.emplace_back(verb, [o, &common] {
     if (!std::string_view(o->output).ends_with(".png"))
       throw UsageError(o->output + ": pictures are written as .png");
+    check_outputs({o->output});
     run(*o, common);
   });
 }

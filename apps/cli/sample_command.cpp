@@ -23,6 +23,7 @@ void add_sample(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
   verbs.emplace_back(verb, [o, &common] {
     if (std::string_view(o->output).ends_with(".glb") == false)
       throw UsageError(o->output + ": a sample is written as .glb");
+    check_outputs({o->output});
     o->sample.progress = make_progress(common);
     write_sample(o->output, make_sample(o->name, o->sample));
   });

@@ -23,6 +23,7 @@ void run(const Options& o, const Common& common) {
   const bool gltf = extension == ".glb" || extension == ".gltf";
   if (!gltf && !is_weights_extension(extension))
     throw UsageError(o.output + ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
+  check_outputs({o.output});
   const Progress progress = make_progress(common);
   const Asset source = read_characters(o.source, o.skeleton);
   SkeletonOptions bare = o.skeleton;
@@ -42,13 +43,13 @@ void run(const Options& o, const Common& common) {
   give_skeleton(character, source.characters.front().skeleton);
   std::map<std::string, std::int64_t> filled;
   const std::vector<SkinWeights> weights{transfer(*bound.solved, character, &filled)};
-  for (const auto& [cause, count] : filled)
-    note(common, fmt::format("{} vertices filled: {}", count, cause));
   progress.check();
   if (gltf)
     write_gltf(target, weights, o.output);
   else
     write_weights(o.output, weights.front());
+  for (const auto& [cause, count] : filled)
+    note(common, fmt::format("{} vertices filled: {}", count, cause));
 }
 
 }  // namespace
@@ -68,8 +69,10 @@ void add_transfer(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*
       ->capture_default_str();
   verb->add_option("--max-influences", o->max_influences,
                    "Influences a vertex (0: all) [4 for glTF, 0 for matrices]")
-      ->check(CLI::Range(0, 100000));
-  verb->add_option("--seed", o->seed, "Seed of the random numbers")->capture_default_str();
+      ->check(number(0, 100000));
+  verb->add_option("--seed", o->seed, "Seed of the random numbers")
+      ->check(number(0, 1e18))
+      ->capture_default_str();
   o->skeleton.add_to(*verb);
   verbs.emplace_back(verb, [o, &common] { run(*o, common); });
 }

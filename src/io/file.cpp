@@ -10,6 +10,8 @@
 #include <memory>
 #include <random>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 namespace skinfield {
 namespace fs = std::filesystem;
@@ -23,8 +25,6 @@ std::string remedy_for(int error) {
     case EPERM:
     case EROFS:
       return "choose a folder that you may write to";
-    case ENOENT:
-      return "create the folder first";
     default:
       return "choose another place for the output";
   }
@@ -53,6 +53,60 @@ fs::path temporary_beside(const fs::path& target) {
   name << '.' << target.filename().string() << '.' << std::hex << device() << device() << ".part";
   return target.parent_path() / name.str();
 }
+
+/// A file on its way: written beside its target (straight into a device or pipe), and gone unless
+/// it is committed.
+class Staged {
+ public:
+  explicit Staged(const fs::path& path) : path_(path), target_(path) {
+    std::error_code error;
+    if (fs::is_symlink(path, error)) {
+      const fs::path real = fs::canonical(path, error);
+      if (!error) target_ = real;
+    }
+    status_ = fs::status(target_, error);
+    if (fs::is_directory(status_)) {
+      throw IoError("is a folder", path.string(), "name a file in it");
+    }
+    if (fs::exists(status_) && !fs::is_regular_file(status_)) return;
+    const fs::path folder = target_.parent_path();
+    if (!folder.empty() && !fs::is_directory(folder, error)) {
+      throw IoError("the output folder does not exist", path.string(), "create it first");
+    }
+    temporary_ = temporary_beside(target_);
+    errno = 0;
+    file_ = std::fopen(temporary_.c_str(), "wbx");
+    if (!file_) fail_to_write(path, errno);
+  }
+  ~Staged() {
+    if (file_) std::fclose(file_);
+    std::error_code ignored;
+    if (!temporary_.empty()) fs::remove(temporary_, ignored);
+  }
+  Staged(const Staged&) = delete;
+  Staged& operator=(const Staged&) = delete;
+
+  void write(std::string_view bytes) {
+    if (temporary_.empty()) file_ = std::fopen(target_.c_str(), "wb");
+    if (!file_) fail_to_write(path_, errno);
+    if (const int code = write_all(std::exchange(file_, nullptr), bytes)) {
+      fail_to_write(path_, code);
+    }
+  }
+  void commit() {
+    if (temporary_.empty()) return;
+    std::error_code error;
+    if (fs::exists(status_)) fs::permissions(temporary_, status_.permissions(), error);
+    fs::rename(temporary_, target_, error);
+    if (error) fail_to_write(path_, error.value());
+    temporary_.clear();
+  }
+
+ private:
+  fs::path path_, target_, temporary_;
+  fs::file_status status_;
+  std::FILE* file_ = nullptr;
+};
 
 }  // namespace
 
@@ -91,41 +145,18 @@ std::string read_file(const fs::path& path) {
 }
 
 void write_file_atomically(const fs::path& path, std::string_view bytes) {
-  std::error_code error;
-  fs::path target = path;
-  if (fs::is_symlink(path, error)) {
-    const fs::path real = fs::canonical(path, error);
-    if (!error) target = real;
-  }
-  const fs::file_status status = fs::status(target, error);
-  if (fs::is_directory(status)) {
-    throw IoError("is a folder", path.string(), "name a file in it");
-  }
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    std::FILE* device = std::fopen(target.c_str(), "wb");
-    if (!device) fail_to_write(path, errno);
-    if (const int code = write_all(device, bytes)) fail_to_write(path, code);
-    return;
-  }
-  const fs::path folder = target.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder, error)) {
-    throw IoError("the output folder does not exist", path.string(), "create it first");
-  }
-  const fs::path temporary = temporary_beside(target);
-  errno = 0;
-  std::FILE* file = std::fopen(temporary.c_str(), "wbx");
-  if (!file) fail_to_write(path, errno);
-  std::error_code ignored;
-  if (const int code = write_all(file, bytes)) {
-    fs::remove(temporary, ignored);
-    fail_to_write(path, code);
-  }
-  if (fs::exists(status)) fs::permissions(temporary, status.permissions(), ignored);
-  fs::rename(temporary, target, error);
-  if (error) {
-    fs::remove(temporary, ignored);
-    fail_to_write(path, error.value());
-  }
+  Staged staged(path);
+  staged.write(bytes);
+  staged.commit();
 }
+
+void write_files_atomically(std::span<const OutputFile> files) {
+  std::vector<std::unique_ptr<Staged>> all;
+  for (const OutputFile& file : files) all.push_back(std::make_unique<Staged>(file.path));
+  for (std::size_t i = 0; i < files.size(); ++i) all[i]->write(files[i].bytes);
+  for (const auto& staged : all) staged->commit();
+}
+
+void check_writable(const fs::path& path) { const Staged staged(path); }
 
 }  // namespace skinfield

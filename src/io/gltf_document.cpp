@@ -41,6 +41,9 @@ Json parse_json(std::string_view text, const std::string& name) {
   Json json;
   try {
     json = Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    throw InputError("the JSON is damaged at byte " + std::to_string(error.byte), name,
+                     "export it again");
   } catch (const Json::exception&) {
     json = nullptr;
   }

@@ -67,8 +67,8 @@ FileFormat decide(const fs::path& path, std::string_view bytes) {
     throw InputError(std::string("is named ") + extension_for(named) + " but holds another format",
                      path.string(), std::string("rename it to ") + extension_for(marked));
   }
-  if (marked == FileFormat::unknown && has_mark(named)) {
-    throw InputError(std::string("does not begin as a ") + extension_for(named) + " file",
+  if (marked == FileFormat::unknown && (has_mark(named) || lower_extension(path) == ".glb")) {
+    throw InputError("does not begin as a " + lower_extension(path) + " file",
                      path.string(), "it is damaged or named wrongly; export it again");
   }
   return named;

@@ -48,11 +48,13 @@ struct SolvedDomain;
 
 struct BindReport {
   Diagnosis input;
+  double unit_scale = 1;  ///< factor from file lengths to the unit box
   int handles = 0;
   std::vector<std::string> handles_inside, handles_partly_inside, handles_outside, joints_left_out;
   Rung rung = Rung::volume;
   std::string domain_kind;
   int nodes = 0, handle_nodes = 0, node_components = 0, node_components_without_handle = 0;
+  std::int64_t neighbours = 0;  ///< pairs of nodes that the energy couples directly
   std::int64_t rays = 0;
   int clean_parts = 0, dirty_parts = 0, passenger_parts = 0, flipped_faces = 0;
   SolveStats solve;
