@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace skinfield {
 namespace {
@@ -118,6 +119,39 @@ void apply_start(const Conditions& conditions, const SolvedDomain& solved,
   method.locked = conditions.locked;
 }
 
+std::vector<Handle> handles_of_paint(const Conditions& conditions, const SolvedDomain& solved) {
+  std::vector<Handle> handles(static_cast<std::size_t>(solved.columns));
+  for (std::size_t h = 0; h < handles.size(); ++h) {
+    handles[h].kind = Handle::Kind::region;
+    handles[h].name = solved.names[h];
+  }
+  for (std::size_t k = 0; k < conditions.painted_vertex.size(); ++k) {
+    Eigen::Index largest = 0;
+    conditions.paint.weights.row(static_cast<Eigen::Index>(k)).maxCoeff(&largest);
+    handles[static_cast<std::size_t>(largest)].vertices.push_back(conditions.painted_vertex[k]);
+  }
+  return handles;
+}
+
+FixedRows paint_on_nodes(const Conditions& conditions, const Domain& domain) {
+  FixedRows fixed;
+  if (conditions.paint.X.rows() == 0) return fixed;
+  // A surface's nodes include the mesh's vertices: there the interpolation is a single 1.
+  const SparseRows P = domain.at(conditions.paint.X, conditions.paint.N).P;
+  std::map<int, Eigen::Index> row_of_node;
+  for (Eigen::Index i = 0; i < P.rows(); ++i)
+    for (SparseRows::InnerIterator it(P, i); it; ++it)
+      if (it.value() > 0.999) row_of_node.emplace(static_cast<int>(it.col()), i);
+  fixed.weights.resize(static_cast<Eigen::Index>(row_of_node.size()),
+                       conditions.paint.weights.cols());
+  for (const auto& [node, row] : row_of_node) {
+    fixed.weights.row(static_cast<Eigen::Index>(fixed.node.size())) =
+        conditions.paint.weights.row(row);
+    fixed.node.push_back(node);
+  }
+  return fixed;
+}
+
 void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows) {
   if (!conditions.locked.empty()) {
     std::vector<char> locked(static_cast<std::size_t>(rows.cols()), 0);
@@ -182,18 +216,15 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
   solved.symmetric = symmetric || options.symmetry == BindOptions::Symmetry::x;
 }
 
-RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const BindOptions& options,
+RowMatrix resolve_on_kept_support(const SolvedDomain& solved, int influences,
+                                  const BoundedBiharmonicOptions& method,
                                   const Progress& progress) {
   const Interpolation interpolation =
       solved.points ? solved.points->at_mesh()
                     : solved.domain->at(solved.scaled.mesh.V,
                                         vertex_normals(solved.scaled.mesh.V, solved.scaled.mesh.F));
-  BoundedBiharmonicOptions method;
-  method.tolerance = options.tolerance;
-  method.max_iterations = options.iterations;
-  method.time_limit_s = options.time_limit_s;
   SupportOptions support;
-  support.influences = options.max_influences;
+  support.influences = influences;
   return resolve_on_support(
              {solved.domain->stiffness(), solved.domain->mass(), solved.domain->fixed()},
              solved.nodal, interpolation.P, support, method, progress)

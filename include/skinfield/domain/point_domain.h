@@ -19,7 +19,7 @@ struct PointDomainOptions {
   int neighbours = 28;        ///< visible neighbours a node
   int candidates = 40;        ///< nearest nodes tried for visibility
   int lloyd_steps = 2;
-  double handle_spacing = 0.5;  ///< of handle samples, in local node distances
+  double handle_spacing = 0.7;  ///< of handle samples, in local node distances
   bool adaptive = true;       ///< finer near handles and in thin parts
   std::uint64_t seed = 0;
 };
