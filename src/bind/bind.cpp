@@ -52,6 +52,7 @@ void check_input(const Character& character, const BindOptions& options) {
 void describe_handles(const ScaledCharacter& scaled, const Solid* solid, BindReport& report) {
   report.handles = static_cast<int>(scaled.handles.size());
   for (const Handle& handle : scaled.handles) {
+    if (handle.kind == Handle::Kind::region) continue;  // it is on the surface
     const Points X = probe_handles({handle}, 0.01);
     int inside = 0;
     for (Eigen::Index i = 0; i < X.rows(); ++i)
@@ -64,7 +65,7 @@ void describe_handles(const ScaledCharacter& scaled, const Solid* solid, BindRep
 }
 
 /// The best rung of the ladder that stands, with its domain.
-void build_domain(const BindOptions& options, const PaintedPoints& paint, SolvedDomain& solved,
+void build_domain(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
                   BindReport& report, const Progress& progress) {
   const bool flat = report.input.planar;
   const bool surface_wanted = options.domain == BindOptions::DomainKind::surface;
@@ -74,7 +75,7 @@ void build_domain(const BindOptions& options, const PaintedPoints& paint, Solved
       point_options.nodes = options.nodes;
       point_options.seed = options.seed;
       auto domain = std::make_unique<PointDomain>(solved.scaled.mesh, solved.scaled.handles,
-                                                  point_options, paint, progress);
+                                                  point_options, conditions.paint, progress);
       solved.points = domain.get();
       solved.domain = std::move(domain);
       solved.rung = Rung::volume;
@@ -83,7 +84,8 @@ void build_domain(const BindOptions& options, const PaintedPoints& paint, Solved
       report.warnings.push_back(error.message() + ": the weights live on the surface");
     }
   }
-  if (solved.scaled.mesh.F.rows() > 0 && paint.X.rows() == 0) {
+  if (solved.scaled.handles.empty()) solved.scaled.handles = handles_of_paint(conditions, solved);
+  if (solved.scaled.mesh.F.rows() > 0) {
     try {
       solved.domain = std::make_unique<SurfaceDomain>(solved.scaled.mesh, solved.scaled.handles);
       solved.rung = Rung::surface;
@@ -101,7 +103,10 @@ void describe_domain(const SolvedDomain& solved, BindReport& report) {
   report.domain_kind = solved.points   ? "points"
                        : solved.domain ? "surface"
                                        : "handles";
-  if (solved.domain) report.nodes = static_cast<int>(solved.domain->nodes().rows());
+  if (solved.domain) {
+    report.nodes = static_cast<int>(solved.domain->nodes().rows());
+    report.neighbours = (solved.domain->stiffness().nonZeros() - report.nodes) / 2;
+  }
   if (!solved.points) return;
   const PointDomainFacts& facts = solved.points->facts();
   report.handle_nodes = facts.handle_nodes;
@@ -156,6 +161,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
 
   auto solved = std::make_shared<SolvedDomain>();
   solved->scaled = scale_to_unit_box(character);
+  report.unit_scale = solved->scaled.box.scale;
   solved->column = character.skeleton.column;
   solved->columns = character.skeleton.columns;
   solved->names = character.skeleton.column_names;
@@ -179,7 +185,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
   find_symmetry(options, *solved, report);
 
   progress("domain", 0);
-  build_domain(options, conditions.paint, *solved, report, progress);
+  build_domain(options, conditions, *solved, report, progress);
   watch.lap("domain");
   describe_domain(*solved, report);
   describe_handles(solved->scaled, solved->points ? &solved->points->solid() : nullptr, report);
@@ -194,6 +200,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
     method.max_iterations = options.iterations;
     method.time_limit_s = options.time_limit_s;
     apply_start(conditions, *solved, method);
+    if (!solved->points) method.paint = paint_on_nodes(conditions, *solved->domain);
     BoundedBiharmonicResult weights = bounded_biharmonic(
         {solved->domain->stiffness(), solved->domain->mass(), solved->domain->fixed()}, method,
         progress);
@@ -205,7 +212,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
     report.solve.lower_bound *= scale;
     watch.lap("solve");
     if (options.max_influences > 0 && options.resolve) {
-      solved->nodal = resolve_on_kept_support(*solved, options, progress);
+      solved->nodal = resolve_on_kept_support(*solved, options.max_influences, method, progress);
       watch.lap("resolve");
     }
   }

@@ -22,13 +22,22 @@ Conditions conditions_for(const Character& character, const BindOptions& options
 void apply_start(const Conditions& conditions, const SolvedDomain& solved,
                  BoundedBiharmonicOptions& method);
 
+/// Paint alone: the vertices that a column is largest at are its handle, where no volume's nodes can
+/// stand for them.
+std::vector<Handle> handles_of_paint(const Conditions& conditions, const SolvedDomain& solved);
+
+/// The painted rows on a surface's nodes.
+FixedRows paint_on_nodes(const Conditions& conditions, const Domain& domain);
+
 /// Painted rows and locked columns hold exactly on the vertices they were given for.
 void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows);
 
 /// Decides on symmetry in x and pairs the handles; a warning where it is asked for but not there.
 void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport& report);
 
-RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const BindOptions& options,
+/// @param method the full solution's options.
+RowMatrix resolve_on_kept_support(const SolvedDomain& solved, int influences,
+                                  const BoundedBiharmonicOptions& method,
                                   const Progress& progress);
 
 /// Spurious local extrema of the handles' weights over the mesh's edges, tolerance 1e-4.

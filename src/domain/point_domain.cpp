@@ -13,6 +13,7 @@
 namespace skinfield {
 namespace {
 
+constexpr double weak_level = 0.3;     // winding number at handles of ribbons and thin soups
 constexpr double surface_step = 1e-4;  // how far inside a surface point looks from, unit box
 
 /// Nodes whose component of K's graph holds a fixed row.
@@ -85,6 +86,11 @@ PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
   solid.emplace(mesh, probes, SolidOptions{.spacing = guess}, progress);
   if (!handles.empty() && solid->facts().handle_samples_inside == 0)
     throw DomainError("no handle has a part inside the shape", {}, "use the surface as domain");
+  // A ribbon's winding number is weak and changes along the bones; a soup's is weak everywhere.
+  const Solid::Facts& seen = solid->facts();
+  if (!handles.empty() && !solid->has_clean() && seen.level < weak_level &&
+      seen.handle_samples_inside < 0.9 * seen.handle_samples)
+    throw DomainError("the shape has no inside worth the name", {}, "use the surface as domain");
   lap("solid");
   progress("nodes", 0);
   nodes = sample_nodes(*solid, handles, paint, options, facts, progress);
