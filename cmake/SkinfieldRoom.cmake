@@ -11,6 +11,11 @@ if(SKINFIELD_SANITIZE)
     -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(skinfield_options INTERFACE -fsanitize=${SKINFIELD_SANITIZE})
 endif()
+if(SKINFIELD_SANITIZE MATCHES thread)
+  # TBB's inlined headers are not for the sanitizer to judge: see src/base/loop_order.h.
+  set_source_files_properties(${PROJECT_SOURCE_DIR}/src/base/parallel.cpp PROPERTIES
+    COMPILE_OPTIONS -fno-sanitize=thread COMPILE_DEFINITIONS SKINFIELD_THREAD_SANITIZER)
+endif()
 set(SKINFIELD_TARGETS "" CACHE INTERNAL "")
 
 function(skinfield_room name)

@@ -192,11 +192,11 @@ def bleeding(W, reference, bones):
 
 def torn(V, F, removed, jitter, seed):
     """A triangle soup: a share of the faces gone, each corner of the rest moved on its own
-    (Gaussian, share of the box diagonal). Returns (vertices, faces, clean vertex of each)."""
+    (Gaussian, share of the box's largest side). Returns (vertices, faces, clean vertex of each)."""
     rng = np.random.default_rng(seed)
     kept = F[rng.random(len(F)) >= removed]
     clean = kept.reshape(-1)
-    step = jitter * np.linalg.norm(V.max(0) - V.min(0))
+    step = jitter * (V.max(0) - V.min(0)).max()
     moved = V[clean] + step * rng.standard_normal((len(clean), 3))
     return moved, np.arange(len(clean)).reshape(-1, 3), clean
 

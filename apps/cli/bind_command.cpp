@@ -41,10 +41,10 @@ BindOptions bind_options(const Options& o) {
   options.domain = o.domain == "points" ? BindOptions::DomainKind::points
                    : o.domain == "tris" ? BindOptions::DomainKind::surface
                                         : BindOptions::DomainKind::automatic;
-  options.nodes = o.nodes > 0              ? o.nodes
-                  : o.quality == "draft"   ? 2000
-                  : o.quality == "high"    ? 64000
-                                           : 16000;
+  options.nodes = o.nodes > 0            ? o.nodes
+                  : o.quality == "draft" ? 2000
+                  : o.quality == "high"  ? 64000
+                                         : 16000;
   options.tolerance = o.tolerance;
   options.iterations = o.iterations;
   options.time_limit_s = o.time_limit;
@@ -158,11 +158,11 @@ void run(const Options& o, const Common& common) {
     BindResult result = bind_naming_file(o.input, character, options, progress);
     for (const std::string& w : result.report.warnings) warn(w);
     const BindReport& r = result.report;
-    notes.push_back(fmt::format("{}: {} vertices, {} handles, {} on {} nodes; largest change "
-                                "{:.1e}, certified gap {:.1e}",
-                                character.name.empty() ? o.input : character.name, r.rows,
-                                r.handles, name_of(r.rung), r.nodes, r.solve.largest_change,
-                                r.solve.relative_gap));
+    notes.push_back(
+        fmt::format("{}: {} vertices, {} handles, {} on {} nodes; largest change "
+                    "{:.1e}, certified gap {:.1e}",
+                    character.name.empty() ? o.input : character.name, r.rows, r.handles,
+                    name_of(r.rung), r.nodes, r.solve.largest_change, r.solve.relative_gap));
     if (common.verbose)
       for (const auto& [stage, seconds] : r.seconds)
         notes.push_back(fmt::format("  {:24} {:.3f} s", stage, seconds));

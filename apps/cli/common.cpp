@@ -6,6 +6,7 @@
 
 #include <fmt/core.h>
 
+#include <unistd.h>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -13,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <set>
-#include <unistd.h>
 
 namespace skinfield::cli {
 namespace {
@@ -44,8 +44,7 @@ CLI::App* new_verb(CLI::App& app, Common& common, const std::string& name,
   verb->footer("Example: " + example);
   verb->add_flag("--quiet", common.quiet, "No progress, no notes");
   verb->add_flag("--verbose", common.verbose, "Say more on stderr");
-  verb->add_option("--threads", common.threads, "Threads to use (0: all)")
-      ->check(number(0, 4096));
+  verb->add_option("--threads", common.threads, "Threads to use (0: all)")->check(number(0, 4096));
   return verb;
 }
 

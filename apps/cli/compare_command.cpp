@@ -48,16 +48,15 @@ double motion_rms(const Asset& asset, int index, const SkinWeights& a, const Ski
   if (!animations.empty()) {
     for (const GltfAnimation& animation : animations)
       for (int k = 0; k < frames_per_animation; ++k)
-        add(joint_skinning_transforms(
-            asset, index, &animation,
-            animation.begin + (animation.end - animation.begin) * (k + 0.5) / frames_per_animation));
+        add(joint_skinning_transforms(asset, index, &animation,
+                                      animation.begin + (animation.end - animation.begin) *
+                                                            (k + 0.5) / frames_per_animation));
   } else {
     scale = 1;
     for (std::size_t j = 0; j < c.skeleton.joints.size(); ++j) {
       Pose pose = rest_pose(c.skeleton);
       if (j >= pose.joints.size()) break;
-      pose.joints[j].rotation =
-          Eigen::AngleAxisd(bend * std::numbers::pi / 180, Vec3::UnitX());
+      pose.joints[j].rotation = Eigen::AngleAxisd(bend * std::numbers::pi / 180, Vec3::UnitX());
       add(column_transforms(c.skeleton, pose, PoseBase::bind));
     }
   }
@@ -86,15 +85,19 @@ void print(const std::vector<Difference>& all, const Common& common) {
   }
   mean /= static_cast<double>(std::max<Eigen::Index>(rows, 1));
   if (common.json) {
-    nlohmann::ordered_json json{{"vertices", rows},     {"tv_mean", mean},     {"tv_p95", worst.p95},
-                                {"tv_p99", worst.p99}, {"tv_max", worst.max}};
+    nlohmann::ordered_json json{{"vertices", rows},
+                                {"tv_mean", mean},
+                                {"tv_p95", worst.p95},
+                                {"tv_p99", worst.p99},
+                                {"tv_max", worst.max}};
     json["motion_rms"] = moves ? nlohmann::ordered_json(motion) : nlohmann::ordered_json(nullptr);
     fmt::print("{}\n", json.dump(1));
     return;
   }
-  fmt::print("vertices    {}\nTV mean     {:.6f}\nTV p95      {:.6f}\nTV p99      {:.6f}\n"
-             "TV max      {:.6f}\n",
-             rows, mean, worst.p95, worst.p99, worst.max);
+  fmt::print(
+      "vertices    {}\nTV mean     {:.6f}\nTV p95      {:.6f}\nTV p99      {:.6f}\n"
+      "TV max      {:.6f}\n",
+      rows, mean, worst.p95, worst.p99, worst.max);
   if (moves) fmt::print("motion RMS  {:.4f} % of the bounding box diagonal\n", 100 * motion);
 }
 

@@ -45,13 +45,15 @@ Json character_json(const Character& c, const Progress& progress) {
   for (int j = 0; j < static_cast<int>(s.joints.size()); ++j) {
     const Joint& joint = s.joints[static_cast<std::size_t>(j)];
     const bool left_out = std::find(s.left_out.begin(), s.left_out.end(), j) != s.left_out.end();
-    json["joints"].push_back({{"name", joint.name}, {"parent", joint.parent}, {"deforms", !left_out}});
+    json["joints"].push_back(
+        {{"name", joint.name}, {"parent", joint.parent}, {"deforms", !left_out}});
   }
   json["handles"] = Json::array();
   for (std::size_t h = 0; h < s.handles.size(); ++h)
-    json["handles"].push_back({{"name", s.handles[h].name},
-                               {"column", s.column[h]},
-                               {"kind", s.handles[h].kind == Handle::Kind::bone ? "bone" : "point"}});
+    json["handles"].push_back(
+        {{"name", s.handles[h].name},
+         {"column", s.column[h]},
+         {"kind", s.handles[h].kind == Handle::Kind::bone ? "bone" : "point"}});
   return json;
 }
 

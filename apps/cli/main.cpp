@@ -16,7 +16,8 @@ using namespace skinfield::cli;
 
 std::string version_text() {
   return "skinfield " SKINFIELD_VERSION "\nprofile: " + link_profile() +
-         "\nlicence: MIT; linked: Eigen (MPL-2.0), Embree and oneTBB (Apache-2.0), nlohmann/json and fmt "
+         "\nlicence: MIT; linked: Eigen (MPL-2.0), Embree and oneTBB (Apache-2.0), nlohmann/json "
+         "and fmt "
          "(MIT),\nCLI11 (BSD-3-Clause), nanoflann (BSD-2-Clause), libpng, zlib; see LICENSES.md";
 }
 
@@ -24,9 +25,10 @@ int run(int argc, char** argv) {
   CLI::App app{"Skinning weights for 3D characters: any mesh in, valid weights out.", "skinfield"};
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
-  app.footer("Example: skinfield bind hero.glb -o hero-bound.glb\n"
-             "Exit codes: 0 done, 1 internal error, 2 usage, 3 bad input, 4 cannot be solved,\n"
-             "5 cannot write, 130 interrupted");
+  app.footer(
+      "Example: skinfield bind hero.glb -o hero-bound.glb\n"
+      "Exit codes: 0 done, 1 internal error, 2 usage, 3 bad input, 4 cannot be solved,\n"
+      "5 cannot write, 130 interrupted");
   Common common;
   std::vector<std::pair<CLI::App*, Verb>> verbs;
   add_bind(app, common, verbs);

@@ -33,8 +33,9 @@ Pose pose_from_file(const Skeleton& skeleton, const std::string& path) {
       column = found == names.end() ? -1 : static_cast<int>(found - names.begin());
     }
     if (column < 0 || column >= static_cast<int>(pose.joints.size()))
-      throw InputError("no handle " + (entry.name.empty() ? std::to_string(entry.index) : entry.name),
-                       path, "use the skeleton's joint names or 0-based handle indices");
+      throw InputError(
+          "no handle " + (entry.name.empty() ? std::to_string(entry.index) : entry.name), path,
+          "use the skeleton's joint names or 0-based handle indices");
     pose.joints[static_cast<std::size_t>(column)].rotation = entry.rotation;
     pose.joints[static_cast<std::size_t>(column)].translation = entry.translation;
   }
@@ -82,13 +83,15 @@ SkinWeights weights_of(const Asset& asset, int character, const std::string& wei
   const Character& c = asset.characters[static_cast<std::size_t>(character)];
   if (weights_path.empty()) {
     if (!c.weights)
-      throw InputError("the file has no weights", asset.path, "bind it first, or give --weights FILE");
+      throw InputError("the file has no weights", asset.path,
+                       "bind it first, or give --weights FILE");
     return merged_weights(c, *c.weights);
   }
   SkinWeights weights = read_weights(weights_path);
   if (c.skeleton.columns > 0 && weights.W.cols() != c.skeleton.columns)
-    throw InputError("the weights have " + std::to_string(weights.W.cols()) + " columns, the skeleton " +
-                         std::to_string(c.skeleton.columns) + " handles",
+    throw InputError("the weights have " + std::to_string(weights.W.cols()) +
+                         " columns, the skeleton " + std::to_string(c.skeleton.columns) +
+                         " handles",
                      weights_path);
   if (weights.names.empty()) weights.names = c.skeleton.column_names;
   return merged_weights(c, weights);
@@ -120,7 +123,8 @@ std::vector<Transform> pose_transforms(const Asset& asset, int character, const 
 
 Points deformed(const Points& V, const SkinWeights& weights, std::span<const Transform> columns,
                 const std::string& skinning) {
-  return skinning == "dqs" ? dual_quaternion(V, weights, columns) : linear_blend(V, weights, columns);
+  return skinning == "dqs" ? dual_quaternion(V, weights, columns)
+                           : linear_blend(V, weights, columns);
 }
 
 }  // namespace skinfield::cli

@@ -34,7 +34,8 @@ int find_bone(const Skeleton& skeleton, const std::string& which) {
   const long index = std::strtol(which.c_str(), &end, 10);
   if (!which.empty() && *end == 0 && index >= 0 && index < skeleton.columns)
     return static_cast<int>(index);
-  throw UsageError("--bone " + which + ": the skeleton has no such joint (skinfield inspect lists them)");
+  throw UsageError("--bone " + which +
+                   ": the skeleton has no such joint (skinfield inspect lists them)");
 }
 
 /// Several characters in one picture: their meshes side by side in one, columns one after another.
@@ -133,9 +134,14 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
       ->capture_default_str();
   verb->add_option("--weights", o->weights, "Weight matrix, if the file has none");
   verb->add_flag("--bones", o->bones, "Draw the skeleton");
-  verb->add_option("--width", o->render.width, "Pixels")->check(number(16, 16384))->capture_default_str();
-  verb->add_option("--height", o->render.height, "Pixels")->check(number(16, 16384))->capture_default_str();
-  verb->add_option("--yaw", o->render.camera.yaw, "Degrees around the up axis")->capture_default_str();
+  verb->add_option("--width", o->render.width, "Pixels")
+      ->check(number(16, 16384))
+      ->capture_default_str();
+  verb->add_option("--height", o->render.height, "Pixels")
+      ->check(number(16, 16384))
+      ->capture_default_str();
+  verb->add_option("--yaw", o->render.camera.yaw, "Degrees around the up axis")
+      ->capture_default_str();
   verb->add_option("--pitch", o->render.camera.pitch, "Degrees downward")->capture_default_str();
   verb->add_option("--caption", o->render.caption, "A line of text at the lower border");
   o->skeleton.add_to(*verb);

@@ -22,7 +22,8 @@ void run(const Options& o, const Common& common) {
   const std::string extension = lower_extension(o.output);
   const bool gltf = extension == ".glb" || extension == ".gltf";
   if (!gltf && !is_weights_extension(extension))
-    throw UsageError(o.output + ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
+    throw UsageError(o.output +
+                     ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
   check_outputs({o.output});
   const Progress progress = make_progress(common);
   const Asset source = read_characters(o.source, o.skeleton);

@@ -3,8 +3,7 @@
 namespace skinfield {
 namespace {
 
-std::string one_line(const std::string& what, const std::string& where,
-                     const std::string& remedy) {
+std::string one_line(const std::string& what, const std::string& where, const std::string& remedy) {
   std::string line = where.empty() ? what : where + ": " + what;
   if (!remedy.empty()) line += " (" + remedy + ")";
   for (char& c : line)

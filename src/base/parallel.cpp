@@ -1,5 +1,7 @@
 #include "skinfield/base/parallel.h"
 
+#include "base/loop_order.h"
+
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -12,8 +14,11 @@ void parallel_blocks(std::size_t n, std::size_t block,
   block = std::max<std::size_t>(block, 1);
   const std::size_t blocks = (n + block - 1) / block;
   if (blocks == 1) return body(0, n);
+  LoopOrder order;
   oneapi::tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
+    order.body_begins();
     body(b * block, std::min(n, (b + 1) * block));
+    order.body_ends();
   });
 }
 
@@ -29,10 +34,10 @@ ThreadLimit::ThreadLimit(int threads)
 ThreadLimit::~ThreadLimit() = default;
 
 int thread_count() {
-  return static_cast<int>(std::min<std::size_t>(
-      oneapi::tbb::global_control::active_value(
-          oneapi::tbb::global_control::max_allowed_parallelism),
-      static_cast<std::size_t>(oneapi::tbb::info::default_concurrency())));
+  return static_cast<int>(
+      std::min<std::size_t>(oneapi::tbb::global_control::active_value(
+                                oneapi::tbb::global_control::max_allowed_parallelism),
+                            static_cast<std::size_t>(oneapi::tbb::info::default_concurrency())));
 }
 
 }  // namespace skinfield

@@ -39,7 +39,8 @@ class Stopwatch {
 void check_input(const Character& character, const BindOptions& options) {
   const Points& V = character.mesh.V;
   if (V.rows() == 0)
-    throw InputError("the mesh has no vertices", character.name, "give a mesh with triangles or points");
+    throw InputError("the mesh has no vertices", character.name,
+                     "give a mesh with triangles or points");
   for (Eigen::Index i = 0; i < V.rows(); ++i)
     if (!V.row(i).allFinite())
       throw InputError("vertex " + std::to_string(i) + " has a position that is not finite",
@@ -100,9 +101,7 @@ void build_domain(const BindOptions& options, const Conditions& conditions, Solv
 
 void describe_domain(const SolvedDomain& solved, BindReport& report) {
   report.rung = solved.rung;
-  report.domain_kind = solved.points   ? "points"
-                       : solved.domain ? "surface"
-                                       : "handles";
+  report.domain_kind = solved.points ? "points" : solved.domain ? "surface" : "handles";
   if (solved.domain) {
     report.nodes = static_cast<int>(solved.domain->nodes().rows());
     report.neighbours = (solved.domain->stiffness().nonZeros() - report.nodes) / 2;
@@ -129,9 +128,9 @@ void describe_weights(const SkinWeights& weights, const Character& character, Bi
   report.non_finite = s.non_finite;
   report.influences.assign(s.influences.begin(), s.influences.end());
   for (int c : s.without_vertices)
-    report.handles_without_vertices.push_back(
-        static_cast<std::size_t>(c) < weights.names.size() ? weights.names[static_cast<std::size_t>(c)]
-                                                           : std::to_string(c));
+    report.handles_without_vertices.push_back(static_cast<std::size_t>(c) < weights.names.size()
+                                                  ? weights.names[static_cast<std::size_t>(c)]
+                                                  : std::to_string(c));
 }
 
 }  // namespace
@@ -219,7 +218,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
 
   progress("evaluate", 0);
   std::vector<Fill> fill;
-  const Points normals = solved->points ? solved->points->solid().normals()
+  const Points normals = solved->points      ? solved->points->solid().normals()
                          : mesh.F.rows() > 0 ? vertex_normals(mesh.V, mesh.F)
                                              : mesh.N;
   RowMatrix rows = solved->at(mesh.V, normals, true, fill);
@@ -228,7 +227,8 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
   SkinWeights weights = solved->to_columns(rows, character.vertex_of_input);
   watch.lap("evaluate");
 
-  Pruned pruned = prune(weights, {.max_influences = options.max_influences, .epsilon = options.prune});
+  Pruned pruned =
+      prune(weights, {.max_influences = options.max_influences, .epsilon = options.prune});
   report.pruned_mass_mean = pruned.mean_mass;
   report.pruned_mass_max = pruned.max_mass;
   result.weights = std::move(pruned.weights);
@@ -242,8 +242,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
 SkinWeights transfer(const SolvedDomain& solved, const Character& target,
                      std::map<std::string, std::int64_t>* vertices_filled) {
   const Points X = solved.scaled.box.to(target.mesh.V);
-  const Points N =
-      target.mesh.F.rows() > 0 ? vertex_normals(X, target.mesh.F) : target.mesh.N;
+  const Points N = target.mesh.F.rows() > 0 ? vertex_normals(X, target.mesh.F) : target.mesh.N;
   std::vector<Fill> fill;
   const RowMatrix rows = solved.at(X, N, false, fill);
   if (vertices_filled) count_fills(fill, *vertices_filled);

@@ -26,8 +26,8 @@ std::vector<int> first_input(const Character& character) {
 PaintedPoints painted_points(const Character& character, const Paint& paint,
                              const SolvedDomain& solved, std::vector<int>& painted) {
   if (paint.weights.cols() != solved.columns)
-    throw InputError("the paint has " + std::to_string(paint.weights.cols()) + " columns, the skeleton " +
-                         std::to_string(solved.columns) + " handles",
+    throw InputError("the paint has " + std::to_string(paint.weights.cols()) +
+                         " columns, the skeleton " + std::to_string(solved.columns) + " handles",
                      character.name, "one column a handle, in the skeleton's order");
   const Eigen::Index inputs = static_cast<Eigen::Index>(character.vertex_of_input.size());
   std::vector<int> row_of(static_cast<std::size_t>(character.mesh.V.rows()), -1);
@@ -56,7 +56,8 @@ PaintedPoints painted_points(const Character& character, const Paint& paint,
       points.weights(i, h) = paint.weights(k, solved.column[static_cast<std::size_t>(h)]);
     const double sum = points.weights.row(i).sum();
     if (!(sum > 0))
-      throw InputError("painted vertex " + std::to_string(paint.vertex[static_cast<std::size_t>(k)]) +
+      throw InputError("painted vertex " +
+                           std::to_string(paint.vertex[static_cast<std::size_t>(k)]) +
                            " has weight only on joints that do not deform",
                        character.name, "let them deform: --joints all");
     points.weights.row(i) /= sum;
@@ -70,8 +71,7 @@ Conditions conditions_for(const Character& character, const BindOptions& options
                           const SolvedDomain& solved) {
   Conditions conditions;
   if (options.paint)
-    conditions.paint =
-        painted_points(character, *options.paint, solved, conditions.painted_vertex);
+    conditions.paint = painted_points(character, *options.paint, solved, conditions.painted_vertex);
   if (!options.start) {
     if (!options.locked_columns.empty())
       throw InputError("locked columns need weights to keep", character.name, "give --weights-in");
@@ -105,8 +105,8 @@ void apply_start(const Conditions& conditions, const SolvedDomain& solved,
                  BoundedBiharmonicOptions& method) {
   if (conditions.start.rows() == 0) return;
   // Points take from the vertices that they see; a surface's nodes are the vertices.
-  RowMatrix start = solved.points ? RowMatrix(solved.points->from_mesh() * conditions.start)
-                                  : conditions.start;
+  RowMatrix start =
+      solved.points ? RowMatrix(solved.points->from_mesh() * conditions.start) : conditions.start;
   if (start.rows() != solved.domain->nodes().rows()) return;
   for (Eigen::Index i = 0; i < start.rows(); ++i) {
     const double sum = start.row(i).sum();
@@ -163,7 +163,8 @@ void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows) {
             locked[static_cast<std::size_t>(h)] ? conditions.start(v, h) : rows(v, h);
       const double scale = free > 0 ? std::max(0.0, 1 - kept) / free : 0;
       for (Eigen::Index h = 0; h < rows.cols(); ++h)
-        rows(v, h) = locked[static_cast<std::size_t>(h)] ? conditions.start(v, h) : rows(v, h) * scale;
+        rows(v, h) =
+            locked[static_cast<std::size_t>(h)] ? conditions.start(v, h) : rows(v, h) * scale;
       const double sum = rows.row(v).sum();
       if (sum > 0) rows.row(v) /= sum;
     }
@@ -185,9 +186,8 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
   std::vector<std::string> names;
   for (std::size_t h = 0; h < handles.size(); ++h) {
     const Points X = probe_handles({handles[h]}, 0.05);
-    middle.row(static_cast<Eigen::Index>(h)) = X.rows() > 0
-                                                   ? Eigen::RowVector3d(X.colwise().mean())
-                                                   : Eigen::RowVector3d::Zero();
+    middle.row(static_cast<Eigen::Index>(h)) =
+        X.rows() > 0 ? Eigen::RowVector3d(X.colwise().mean()) : Eigen::RowVector3d::Zero();
     names.push_back(handles[h].name);
   }
   if (handles.empty()) return;
@@ -195,11 +195,10 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
   // Symmetric in earnest: handles lie where their partners' reflections do, and so do vertices.
   double off_handles = 0;
   for (std::size_t h = 0; h < handles.size(); ++h)
-    off_handles = std::max(
-        off_handles,
-        (plane.reflect(middle.row(static_cast<Eigen::Index>(h)).transpose()) -
-         middle.row(solved.partner[h]).transpose())
-            .norm());
+    off_handles =
+        std::max(off_handles, (plane.reflect(middle.row(static_cast<Eigen::Index>(h)).transpose()) -
+                               middle.row(solved.partner[h]).transpose())
+                                  .norm());
   double off_vertices = 0;
   if (solved.scaled.mesh.F.rows() > 0) {
     const ClosestPointQuery query(V, solved.scaled.mesh.F);
@@ -209,10 +208,9 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
   }
   const bool symmetric = off_handles < tolerance && off_vertices < tolerance;
   if (!symmetric && options.symmetry == BindOptions::Symmetry::x)
-    report.warnings.push_back("--symmetry x: " + std::string(off_handles < tolerance
-                                                                 ? "the mesh"
-                                                                 : "the skeleton") +
-                              " is not symmetric in x; its weights are made so all the same");
+    report.warnings.push_back(
+        "--symmetry x: " + std::string(off_handles < tolerance ? "the mesh" : "the skeleton") +
+        " is not symmetric in x; its weights are made so all the same");
   solved.symmetric = symmetric || options.symmetry == BindOptions::Symmetry::x;
 }
 

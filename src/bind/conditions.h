@@ -8,10 +8,10 @@
 namespace skinfield {
 
 struct Conditions {
-  PaintedPoints paint;                ///< on merged vertices, handle columns
-  std::vector<int> painted_vertex;    ///< merged vertices of paint's rows
-  RowMatrix start;                    ///< (vertices, handles) given weights, or empty
-  std::vector<int> locked;            ///< handles whose columns are kept from `start`
+  PaintedPoints paint;              ///< on merged vertices, handle columns
+  std::vector<int> painted_vertex;  ///< merged vertices of paint's rows
+  RowMatrix start;                  ///< (vertices, handles) given weights, or empty
+  std::vector<int> locked;          ///< handles whose columns are kept from `start`
 };
 
 /// @throws InputError for sizes or columns that do not fit.
@@ -22,8 +22,8 @@ Conditions conditions_for(const Character& character, const BindOptions& options
 void apply_start(const Conditions& conditions, const SolvedDomain& solved,
                  BoundedBiharmonicOptions& method);
 
-/// Paint alone: the vertices that a column is largest at are its handle, where no volume's nodes can
-/// stand for them.
+/// Paint alone: the vertices that a column is largest at are its handle, where no volume's nodes
+/// can stand for them.
 std::vector<Handle> handles_of_paint(const Conditions& conditions, const SolvedDomain& solved);
 
 /// The painted rows on a surface's nodes.
@@ -37,8 +37,7 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
 
 /// @param method the full solution's options.
 RowMatrix resolve_on_kept_support(const SolvedDomain& solved, int influences,
-                                  const BoundedBiharmonicOptions& method,
-                                  const Progress& progress);
+                                  const BoundedBiharmonicOptions& method, const Progress& progress);
 
 /// Spurious local extrema of the handles' weights over the mesh's edges, tolerance 1e-4.
 std::int64_t mesh_extrema(const RowMatrix& rows, const Mesh& mesh);

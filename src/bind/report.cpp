@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <sys/resource.h>
 #include <cmath>
 #include <ctime>
-#include <sys/resource.h>
 
 namespace skinfield {
 namespace {

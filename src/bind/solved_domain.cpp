@@ -26,8 +26,7 @@ RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, bool own
                                 std::vector<Fill>& fill) const {
   RowMatrix W = RowMatrix::Zero(X.rows(), static_cast<Eigen::Index>(scaled.handles.size()));
   if (domain) {
-    Interpolation interpolation =
-        own_mesh && points ? points->at_mesh() : domain->at(X, normals);
+    Interpolation interpolation = own_mesh && points ? points->at_mesh() : domain->at(X, normals);
     W = interpolation.P * nodal;
     fill = std::move(interpolation.fill);
   } else {
@@ -81,7 +80,8 @@ SkinWeights SolvedDomain::to_columns(const RowMatrix& handle_rows,
     const auto row = handle_rows.row(vertex_of_input[i]);
     for (Eigen::Index h = 0; h < row.size(); ++h)
       if (row[h] > 0)
-        entries.emplace_back(static_cast<std::int32_t>(i), column[static_cast<std::size_t>(h)], row[h]);
+        entries.emplace_back(static_cast<std::int32_t>(i), column[static_cast<std::size_t>(h)],
+                             row[h]);
   }
   weights.W.setFromTriplets(entries.begin(), entries.end());
   return weights;

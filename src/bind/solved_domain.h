@@ -11,16 +11,16 @@ namespace skinfield {
 struct SolvedDomain {
   ScaledCharacter scaled;
   Rung rung = Rung::volume;
-  std::unique_ptr<Domain> domain;        ///< null on the rungs of nearest handles
-  const PointDomain* points = nullptr;   ///< the same domain, if it is one
-  RowMatrix nodal;                       ///< (N, handles)
-  std::vector<int> column;               ///< of each handle
+  std::unique_ptr<Domain> domain;       ///< null on the rungs of nearest handles
+  const PointDomain* points = nullptr;  ///< the same domain, if it is one
+  RowMatrix nodal;                      ///< (N, handles)
+  std::vector<int> column;              ///< of each handle
   int columns = 0;
   std::vector<std::string> names;
   int max_influences = 0;
   double prune = 0;
   bool symmetric = false;
-  std::vector<int> partner;              ///< of each handle, mirrored in x = mirror_plane
+  std::vector<int> partner;  ///< of each handle, mirrored in x = mirror_plane
   double mirror_plane = 0;
 
   /// Handle weights (n, handles) at points of the unit box; `own_mesh`: X are the mesh's vertices.
@@ -28,7 +28,8 @@ struct SolvedDomain {
                std::vector<Fill>& fill) const;
 
   /// Rows over handles to skin weights over columns and input vertices.
-  SkinWeights to_columns(const RowMatrix& handle_rows, const std::vector<int>& vertex_of_input) const;
+  SkinWeights to_columns(const RowMatrix& handle_rows,
+                         const std::vector<int>& vertex_of_input) const;
 
  private:
   RowMatrix at_once(const Points& X, const Points& normals, bool own_mesh,

@@ -44,8 +44,9 @@ std::vector<InteriorCell> interior_cells(const Solid& solid, int depth, int test
       } else if (state[i] == 2) {
         const double h = 0.5 * level[i].half;
         for (int c = 0; c < 8; ++c)
-          finer.push_back({level[i].centre + h * Vec3(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1),
-                           h, false});
+          finer.push_back(
+              {level[i].centre + h * Vec3(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1), h,
+               false});
       }
     }
     level = std::move(finer);

@@ -9,10 +9,10 @@ namespace skinfield {
 
 struct InteriorCell {
   Vec3 centre;
-  double half;           ///< half the side
-  bool whole;            ///< wholly inside: points in it need no test
-  double share = 1;      ///< estimated share of it that is inside
-  Site site = {};        ///< at the centre of a crossed cell
+  double half;       ///< half the side
+  bool whole;        ///< wholly inside: points in it need no test
+  double share = 1;  ///< estimated share of it that is inside
+  Site site = {};    ///< at the centre of a crossed cell
 };
 
 /// Cells down to a side of box / 2^depth; crossed leaves get `tests` stratified inside tests.

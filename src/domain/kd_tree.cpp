@@ -22,8 +22,8 @@ struct Cloud {
 };
 
 using Tree =
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud, double>,
-                                        Cloud, 3, std::uint32_t>;
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud, double>, Cloud,
+                                        3, std::uint32_t>;
 
 }  // namespace
 

@@ -63,7 +63,8 @@ struct PointDomain::Impl {
   PointDomainFacts facts;
 
   /// Rows of the vertices that bound the solid: what passengers hold on to.
-  InterpolationRows solid_rows(const Points& X, const Points& N, std::vector<int>& passengers) const;
+  InterpolationRows solid_rows(const Points& X, const Points& N,
+                               std::vector<int>& passengers) const;
 };
 
 PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
@@ -81,7 +82,7 @@ PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
   const Box3 box = bounding_box(mesh.V);
   const Eigen::RowVector3d side = box.row(1) - box.row(0);
   const double guess = std::cbrt(0.1 * std::max(side.prod(), 1e-6) / options.nodes);
-  Points probes = probe_handles(handles, 0.02);
+  Points probes = probe_handles(handles, 0.005);
   if (probes.rows() == 0) probes = paint.X;
   solid.emplace(mesh, probes, SolidOptions{.spacing = guess}, progress);
   if (!handles.empty() && solid->facts().handle_samples_inside == 0)
@@ -97,8 +98,8 @@ PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
   tree.emplace(nodes.X);
   start = Clock::now();
   progress("neighbours", 0);
-  const auto neighbours = visible_neighbours(*solid, nodes, *tree, options.candidates,
-                                             options.neighbours, progress);
+  const auto neighbours =
+      visible_neighbours(*solid, nodes, *tree, options.candidates, options.neighbours, progress);
   lap("neighbours");
   progress("cells", 0);
   cells = voronoi_cells(*solid, nodes, neighbours, options.directions, options.seed, progress);
@@ -236,8 +237,9 @@ Interpolation PointDomain::at(const Points& X, const Points& normals) const {
     InterpolationRows complete = held;
     for (int i : blind) {
       const auto k = static_cast<Eigen::Index>(i);
-      complete.fill[static_cast<std::size_t>(i)] = d.evaluation->evaluate(
-          H.row(k).transpose(), HN.row(k).transpose(), true, complete.row[static_cast<std::size_t>(i)]);
+      complete.fill[static_cast<std::size_t>(i)] =
+          d.evaluation->evaluate(H.row(k).transpose(), HN.row(k).transpose(), true,
+                                 complete.row[static_cast<std::size_t>(i)]);
     }
     carry_passengers(X, normals, H, HN, complete, outside, rows);
   }

@@ -11,7 +11,7 @@ namespace {
 constexpr int nearest_tried = 48;
 constexpr int nearest_used = 24;
 constexpr int fewest_seen = 6;
-constexpr int width_neighbour = 8;    // sigma is a share of the distance to the 8th
+constexpr int width_neighbour = 8;  // sigma is a share of the distance to the 8th
 constexpr double width = 0.5;
 constexpr double width_on_surface = 0.4;
 constexpr double dust = 1e-10;
@@ -206,7 +206,8 @@ SparseRows to_matrix(const InterpolationRows& rows, Eigen::Index nodes) {
     }
     for (const auto& [node, w] : row)
       if (w > 0)
-        entries.emplace_back(static_cast<std::int32_t>(i), static_cast<std::int32_t>(node), w / sum);
+        entries.emplace_back(static_cast<std::int32_t>(i), static_cast<std::int32_t>(node),
+                             w / sum);
   }
   P.setFromTriplets(entries.begin(), entries.end());
   return P;

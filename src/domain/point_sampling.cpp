@@ -16,10 +16,10 @@
 namespace skinfield {
 namespace {
 
-constexpr double disk = 0.84;         // Poisson-disk radius in units of h
+constexpr double disk = 0.84;           // Poisson-disk radius in units of h
 constexpr double disk_at_handle = 0.6;  // of that, between a handle sample and an inner point
-constexpr double pool_per_node = 10;  // candidates a node
-constexpr double clash = 0.3;         // of h: samples of different handles are farther apart
+constexpr double pool_per_node = 10;    // candidates a node
+constexpr double clash = 0.3;           // of h: samples of different handles are farther apart
 constexpr int cell_depth = 6;
 constexpr int cell_tests = 8;
 
@@ -47,7 +47,8 @@ class DiskGrid {
             for (int d = table_[slot(key(l, i, j, k))].head; d >= 0;
                  d = disks_[static_cast<std::size_t>(d)].next) {
               const Disk& other = disks_[static_cast<std::size_t>(d)];
-              const double apart = 0.5 * (radius + other.radius) * (other.handle ? handle_factor : 1);
+              const double apart =
+                  0.5 * (radius + other.radius) * (other.handle ? handle_factor : 1);
               if ((other.x - x).squaredNorm() < apart * apart) return true;
             }
     }
@@ -183,6 +184,23 @@ void walk_handles(const std::vector<Handle>& handles, const Visit& visit) {
   }
 }
 
+/// How far one sees around a point where triangles tell no distance: in a quarter of all
+/// directions no farther than this.
+double room_around(const Solid& solid, const Site& site, double far) {
+  constexpr int count = 48;
+  std::vector<Vec3> direction(count);
+  std::vector<double> t(count, far);
+  std::vector<unsigned char> hit(count);
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2.0 * i + 1) / count, angle = 2.399963229728653 * i;  // Fibonacci lattice
+    const double r = std::sqrt(1 - z * z);
+    direction[static_cast<std::size_t>(i)] = {r * std::cos(angle), r * std::sin(angle), z};
+  }
+  solid.reach(site, direction, t, hit);
+  std::nth_element(t.begin(), t.begin() + count / 4, t.end());
+  return t[count / 4];
+}
+
 SizeField size_field(const Solid& solid, const std::vector<Handle>& handles, double h,
                      bool adaptive) {
   if (!adaptive) return SizeField(h);
@@ -197,8 +215,8 @@ SizeField size_field(const Solid& solid, const std::vector<Handle>& handles, dou
       if (!solid.inside(site)) continue;
       double local = length > 0 ? 0.3 * length : h;
       // Four nodes across a limb, and more where a bone runs close under the surface.
-      if (!solid.has_dirty() && site.clearance > 0)
-        local = std::min(local, std::max(0.5 * site.clearance, 0.05 * length));
+      const double room = solid.has_dirty() ? room_around(solid, site, 4 * local) : site.clearance;
+      if (room > 0) local = std::min(local, std::max(0.5 * room, 0.05 * length));
       centres.push_back(x);
       base.push_back(local);
       if (length == 0) break;
@@ -260,8 +278,8 @@ class FixedNodeList {
     std::uint64_t k = 0;
     for (int axis = 0; axis < 3; ++axis)
       k = k << 21 | (static_cast<std::uint64_t>(
-                         static_cast<std::int64_t>(std::floor(x[axis] / (4 * tolerance))) + d[axis] +
-                         (1 << 20)) &
+                         static_cast<std::int64_t>(std::floor(x[axis] / (4 * tolerance))) +
+                         d[axis] + (1 << 20)) &
                      0x1fffff);
     return k;
   }
@@ -439,7 +457,7 @@ Points probe_handles(const std::vector<Handle>& handles, double spacing) {
   walk_handles(handles, [&](int, const Vec3& a, const Vec3& b) {
     const double length = (b - a).norm();
     if (length == 0) return all.push_back(a);
-    const int steps = std::clamp(static_cast<int>(std::ceil(length / spacing)), 4, 24);
+    const int steps = std::clamp(static_cast<int>(std::ceil(length / spacing)), 4, 200);
     for (int s = 0; s <= steps; ++s) all.push_back(a + (b - a) * (static_cast<double>(s) / steps));
   });
   Points X(static_cast<Eigen::Index>(all.size()), 3);
@@ -478,8 +496,9 @@ SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles
 
   std::vector<int> kept = throw_darts(pool, result.fixed.X, size, progress);
   // Darts pack a little more or less densely than the integral foresees: once more, to measure.
-  const double ratio = static_cast<double>(kept.size()) /
-                       std::max<double>(1, options.nodes - static_cast<double>(result.fixed.X.rows()));
+  const double ratio =
+      static_cast<double>(kept.size()) /
+      std::max<double>(1, options.nodes - static_cast<double>(result.fixed.X.rows()));
   if (std::abs(ratio - 1) > 0.02 && ratio > 0.2 && ratio < 5) {
     size.stretch(std::cbrt(ratio));
     kept = throw_darts(pool, result.fixed.X, size, progress);

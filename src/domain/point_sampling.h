@@ -35,10 +35,10 @@ class SizeField {
 };
 
 struct SampledNodes {
-  Points X;                      ///< fixed nodes first
+  Points X;  ///< fixed nodes first
   std::vector<Site> sites;
   FixedNodes fixed;
-  Vector spacing;                ///< (N) local h
+  Vector spacing;  ///< (N) local h
   double volume = 0;
 };
 

@@ -10,8 +10,8 @@
 namespace skinfield {
 namespace {
 
-constexpr int block = 4;                    // fine cells along a coarse block
-constexpr std::size_t most_cells = 6000000; // memory cap; epsilon grows to meet it
+constexpr int block = 4;                     // fine cells along a coarse block
+constexpr std::size_t most_cells = 6000000;  // memory cap; epsilon grows to meet it
 
 double quantile(std::vector<double> values, double q) {
   if (values.empty()) return 0;
@@ -39,7 +39,8 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
       at_samples_[row] += winding.smoothed(samples.row(row).transpose(), epsilon_);
     });
   };
-  for (measure(); epsilon_ < widest && quantile(at_samples_, 0.05) < 0.5 * quantile(at_samples_, 0.5);
+  for (measure();
+       epsilon_ < widest && quantile(at_samples_, 0.05) < 0.5 * quantile(at_samples_, 0.5);
        measure())
     epsilon_ = std::min(1.3 * epsilon_, widest);
 
@@ -58,11 +59,9 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
   while (lay() > most_cells) epsilon_ *= 1.15;
   origin_ = box.row(0).transpose().array() - 3 * epsilon_;
 
-  const auto point = [&](int i, int j, int k) {
-    return Vec3(origin_ + epsilon_ * Vec3(i, j, k));
-  };
-  const std::size_t total = index(0, 0, size_[2] - 1) + static_cast<std::size_t>(size_[0]) *
-                                                            static_cast<std::size_t>(size_[1]);
+  const auto point = [&](int i, int j, int k) { return Vec3(origin_ + epsilon_ * Vec3(i, j, k)); };
+  const std::size_t total = index(0, 0, size_[2] - 1) +
+                            static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]);
   winding_.assign(total, 0.f);
   level_.assign(total, 0.f);
 
@@ -75,9 +74,10 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
                static_cast<std::size_t>(nb[0]) +
            static_cast<std::size_t>(i);
   };
-  std::vector<unsigned char> near(block_index(0, 0, nb[2] - 1) + static_cast<std::size_t>(nb[0]) *
-                                                                     static_cast<std::size_t>(nb[1]),
-                                  0);
+  std::vector<unsigned char> near(
+      block_index(0, 0, nb[2] - 1) +
+          static_cast<std::size_t>(nb[0]) * static_cast<std::size_t>(nb[1]),
+      0);
   for (Eigen::Index s = 0; s < sources.rows(); ++s) {
     int b[3];
     for (int axis = 0; axis < 3; ++axis)
@@ -128,8 +128,7 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
     const int bj = static_cast<int>(rest % static_cast<std::size_t>(nb[1]));
     const int bk = static_cast<int>(rest / static_cast<std::size_t>(nb[1]));
     const auto corner = [&](const std::vector<float>& v, int di, int dj, int dk) {
-      return static_cast<double>(
-          v[index((bi + di) * block, (bj + dj) * block, (bk + dk) * block)]);
+      return static_cast<double>(v[index((bi + di) * block, (bj + dj) * block, (bk + dk) * block)]);
     };
     const auto coarse = [&](const std::vector<float>& v, double x, double y, double z) {
       double sum = 0;
@@ -147,10 +146,10 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
           if (i % block == 0 && j % block == 0 && k % block == 0) continue;
           const std::size_t at = index(bi * block + i, bj * block + j, bk * block + k);
           const double x = double(i) / block, y = double(j) / block, z = double(k) / block;
-          winding_[at] = near[b] ? static_cast<float>(winding.smoothed(
-                                       point(bi * block + i, bj * block + j, bk * block + k),
-                                       epsilon_))
-                                 : coarse(winding_, x, y, z);
+          winding_[at] = near[b]
+                             ? static_cast<float>(winding.smoothed(
+                                   point(bi * block + i, bj * block + j, bk * block + k), epsilon_))
+                             : coarse(winding_, x, y, z);
           level_[at] = coarse(level_, x, y, z);
         }
   });

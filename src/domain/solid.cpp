@@ -16,6 +16,7 @@
 namespace skinfield {
 namespace {
 
+constexpr double mostly_inside = 0.2;  // winding number at the handles of a torn but oriented soup
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 double median(Vector values) {
@@ -36,11 +37,11 @@ Triangles select(const Triangles& F, const std::vector<int>& rows) {
 
 struct Solid::Impl {
   Points V, N;
-  Triangles F;                      // clean and dirty faces, without passengers
-  std::vector<PartKind> kind;       // of each vertex
+  Triangles F;                 // clean and dirty faces, without passengers
+  std::vector<PartKind> kind;  // of each vertex
   Triangles clean_F;
-  std::vector<int> self_winding;    // k_f of clean faces
-  std::optional<RayScene> scene;    // clean faces
+  std::vector<int> self_winding;  // k_f of clean faces
+  std::optional<RayScene> scene;  // clean faces
   std::optional<WindingNumber> clean;
   std::optional<ClosestPointQuery> closest;
   std::optional<WindingNumber> dirty;
@@ -89,8 +90,7 @@ struct Solid::Impl {
         const double crossed = cross_until(t);
         if (crossed < unlimited) return crossed;
         const Vec3 x = a.x + t * (b - a.x);
-        if (running + excess + smoothed->at(x) < 0.5 * smoothed->level(x))
-          return (s - 0.5) / steps;
+        if (running + excess + smoothed->at(x) < 0.5 * smoothed->level(x)) return (s - 0.5) / steps;
       }
       return unlimited;
     }
@@ -129,6 +129,13 @@ Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions&
     CleanedFaces cleaned = drop_degenerate_and_duplicate(mesh.V, mesh.F);
     s.facts.duplicate_faces = cleaned.duplicate;
     OrientationRepair repaired = repair_orientation(mesh.V, cleaned.F, handle_samples);
+    // A soup whose handles read as inside is better left alone: turning single faces to please the
+    // handles overdoes it.
+    if (repaired.flipped > 0 && repaired.inconsistent == 0 &&
+        median(WindingNumber(mesh.V, cleaned.F).at(handle_samples)) > mostly_inside) {
+      repaired.F = cleaned.F;
+      repaired.flipped = 0;
+    }
     PartsOfSolid parts =
         classify_parts(mesh.V, repaired.F, handle_samples, options.accuracy, progress);
     s.facts.flipped_faces = repaired.flipped + parts.turned;
@@ -140,8 +147,9 @@ Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions&
     }
     std::vector<int> clean_rows, dirty_rows, solid_rows;
     for (int f = 0; f < parts.F.rows(); ++f) {
-      const PartKind k = parts.kind[static_cast<std::size_t>(
-          parts.component_of_face[static_cast<std::size_t>(f)])];
+      const PartKind k =
+          parts
+              .kind[static_cast<std::size_t>(parts.component_of_face[static_cast<std::size_t>(f)])];
       for (int c = 0; c < 3; ++c) s.kind[static_cast<std::size_t>(parts.F(f, c))] = k;
       if (k == PartKind::passenger) continue;
       solid_rows.push_back(f);
@@ -188,8 +196,8 @@ Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions&
     if (!within.empty()) break;
   }
   if (!within.empty()) {
-    std::nth_element(within.begin(), within.begin() + static_cast<std::ptrdiff_t>(within.size() / 2),
-                     within.end());
+    std::nth_element(within.begin(),
+                     within.begin() + static_cast<std::ptrdiff_t>(within.size() / 2), within.end());
     s.facts.level = std::min(1.0, within[within.size() / 2]);
   }
   for (Eigen::Index i = 0; i < samples; ++i)

@@ -12,10 +12,10 @@
 namespace skinfield {
 namespace {
 
-constexpr double off_integer = 0.15;      // |v_f - round v_f| above this: the face does not close
-constexpr double dirty_area_alone = 0.25; // share of such area that makes a component dirty
+constexpr double off_integer = 0.15;       // |v_f - round v_f| above this: the face does not close
+constexpr double dirty_area_alone = 0.25;  // share of such area that makes a component dirty
 constexpr double dirty_area_together = 0.15;
-constexpr int faces_sampled = 2000;       // per component, enough for a share of area
+constexpr int faces_sampled = 2000;  // per component, enough for a share of area
 
 struct Part {
   std::vector<int> faces;
@@ -26,7 +26,8 @@ struct Part {
 
 Triangles rows_of(const Triangles& F, const std::vector<int>& rows) {
   Triangles G(static_cast<Eigen::Index>(rows.size()), 3);
-  for (std::size_t i = 0; i < rows.size(); ++i) G.row(static_cast<Eigen::Index>(i)) = F.row(rows[i]);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    G.row(static_cast<Eigen::Index>(i)) = F.row(rows[i]);
   return G;
 }
 
@@ -205,8 +206,7 @@ PartsOfSolid classify_parts(const Points& V, const Triangles& F, const Points& h
   };
   std::vector<int> order;
   for (std::size_t i = 0; i < parts.size(); ++i)
-    if (result.kind[i] == Solid::PartKind::clean &&
-        parts[i].dirty_share <= dirty_area_alone)
+    if (result.kind[i] == Solid::PartKind::clean && parts[i].dirty_share <= dirty_area_alone)
       order.push_back(static_cast<int>(i));
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
     return std::abs(parts[static_cast<std::size_t>(a)].volume) >

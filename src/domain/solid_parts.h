@@ -13,11 +13,11 @@ struct CleanedFaces {
 CleanedFaces drop_degenerate_and_duplicate(const Points& V, const Triangles& F);
 
 struct PartsOfSolid {
-  Triangles F;                          ///< cavities and inside-out shells turned as needed
+  Triangles F;  ///< cavities and inside-out shells turned as needed
   std::vector<int> component_of_face;
-  std::vector<Solid::PartKind> kind;    ///< of each component
-  std::vector<int> self_winding;        ///< per face: k_f = max(0, round v_f)
-  int turned = 0;                       ///< faces of inside-out closed components turned
+  std::vector<Solid::PartKind> kind;  ///< of each component
+  std::vector<int> self_winding;      ///< per face: k_f = max(0, round v_f)
+  int turned = 0;                     ///< faces of inside-out closed components turned
 };
 PartsOfSolid classify_parts(const Points& V, const Triangles& F, const Points& handle_samples,
                             double accuracy, const Progress& progress);

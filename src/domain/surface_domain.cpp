@@ -167,7 +167,8 @@ SparseRows safe_stiffness(const Sheet& sheet, const KdTree& tree, double touchin
     tree.nearest(sheet.V.row(i), kNearest, found);
     for (const Neighbour& other : found) {
       if (other.distance > touching) break;
-      if (part[static_cast<std::size_t>(i)] == part[static_cast<std::size_t>(other.index)]) continue;
+      if (part[static_cast<std::size_t>(i)] == part[static_cast<std::size_t>(other.index)])
+        continue;
       joined.insert(std::minmax(i, other.index));
       break;  // the nearest vertex of another part
     }
@@ -215,7 +216,8 @@ FixedRows fix_handles(const Sheet& sheet, const KdTree& tree, const Mesh& mesh,
   const auto columns = static_cast<Eigen::Index>(handles.size());
   std::vector<std::set<int>> held(handles.size());
   parallel_for(handles.size(), 1, [&](std::size_t j) {
-    held[j] = held_nodes(sheet, tree, scene, handles[j], sample_handle(handles[j], 0.5 * h, mesh.V), h);
+    held[j] =
+        held_nodes(sheet, tree, scene, handles[j], sample_handle(handles[j], 0.5 * h, mesh.V), h);
   });
   std::map<int, std::vector<int>> claims;
   for (std::size_t j = 0; j < held.size(); ++j) {

@@ -10,8 +10,8 @@
 namespace skinfield {
 namespace {
 
-constexpr double cap = 1.6;            // of h: a cell reaches no further
-constexpr double largest_cell = 1.5;   // of h^3: blocked cells overlap, so clip (findings A)
+constexpr double cap = 1.6;           // of h: a cell reaches no further
+constexpr double largest_cell = 1.5;  // of h^3: blocked cells overlap, so clip (findings A)
 
 /// Directions spread evenly over the sphere (Fibonacci lattice).
 Eigen::Matrix<double, 3, Eigen::Dynamic> fibonacci_sphere(int n) {

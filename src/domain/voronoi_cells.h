@@ -10,8 +10,8 @@
 namespace skinfield {
 
 struct VoronoiCells {
-  SparseRows K;           ///< (N,N)
-  Vector M;               ///< (N)
+  SparseRows K;  ///< (N,N)
+  Vector M;      ///< (N)
   std::int64_t rays = 0;
 };
 

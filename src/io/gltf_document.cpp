@@ -88,7 +88,7 @@ void load_buffers(GltfDocument& document, std::optional<std::string> binary) {
     const std::int64_t length = document.integer(buffer, "byteLength", 0, who);
     std::optional<std::string> data;
     if (!buffer.contains("uri")) {
-      if (i == 0 && binary) data = std::move(binary);
+      if (i == 0) data = std::exchange(binary, std::nullopt);
     } else {
       const std::string uri = document.text(buffer, "uri");
       if (uri.starts_with("data:")) {

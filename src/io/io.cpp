@@ -68,8 +68,8 @@ FileFormat decide(const fs::path& path, std::string_view bytes) {
                      path.string(), std::string("rename it to ") + extension_for(marked));
   }
   if (marked == FileFormat::unknown && (has_mark(named) || lower_extension(path) == ".glb")) {
-    throw InputError("does not begin as a " + lower_extension(path) + " file",
-                     path.string(), "it is damaged or named wrongly; export it again");
+    throw InputError("does not begin as a " + lower_extension(path) + " file", path.string(),
+                     "it is damaged or named wrongly; export it again");
   }
   return named;
 }

@@ -89,7 +89,8 @@ class Locks {
   Eigen::RowVectorXd rest(const Eigen::RowVectorXd& fixed, const RowMatrix& start, Eigen::Index row,
                           double sum) const {
     Eigen::RowVectorXd w(static_cast<Eigen::Index>(open_.size()));
-    for (std::size_t t = 0; t < open_.size(); ++t) w[static_cast<Eigen::Index>(t)] = fixed[open_[t]];
+    for (std::size_t t = 0; t < open_.size(); ++t)
+      w[static_cast<Eigen::Index>(t)] = fixed[open_[t]];
     if (!(w.sum() > 0)) {
       // The row belongs to locked handles alone: what they leave goes where the start has it.
       for (std::size_t t = 0; t < open_.size(); ++t) {
@@ -113,8 +114,8 @@ FixedRows merge(const FixedRows& under, const FixedRows& over) {
   std::vector<Eigen::RowVectorXd> rows;
   std::size_t a = 0, b = 0;
   while (a < under.node.size() || b < over.node.size()) {
-    const bool take_over = b < over.node.size() &&
-                           (a == under.node.size() || over.node[b] <= under.node[a]);
+    const bool take_over =
+        b < over.node.size() && (a == under.node.size() || over.node[b] <= under.node[a]);
     if (take_over) {
       if (a < under.node.size() && under.node[a] == over.node[b]) ++a;
       both.node.push_back(over.node[b]);

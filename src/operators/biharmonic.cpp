@@ -13,8 +13,7 @@ std::size_t rows_per_block(std::size_t n) { return std::max<std::size_t>(256, n 
 
 /// Calls visit(columns) with the sorted column pattern of K K's rows begin..end.
 template <class Visit>
-void for_row_patterns(const SparseRows& K, std::size_t begin, std::size_t end,
-                      const Visit& visit) {
+void for_row_patterns(const SparseRows& K, std::size_t begin, std::size_t end, const Visit& visit) {
   const std::int32_t* outer = K.outerIndexPtr();
   const std::int32_t* inner = K.innerIndexPtr();
   std::vector<std::int32_t> mark(static_cast<std::size_t>(K.rows()), -1);

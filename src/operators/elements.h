@@ -23,9 +23,9 @@ inline Element<4> element(const Points& V, const Tetrahedra& T, Eigen::Index e) 
   const Vec3 a = V.row(T(e, 0)), b = V.row(T(e, 1)), c = V.row(T(e, 2)), d = V.row(T(e, 3));
   const Vec3 u = b - a, v = c - a, w = d - a;
   const double det = u.dot(v.cross(w));
-  const double longest = std::sqrt(std::max({u.squaredNorm(), v.squaredNorm(), w.squaredNorm(),
-                                             (c - b).squaredNorm(), (d - b).squaredNorm(),
-                                             (d - c).squaredNorm()}));
+  const double longest =
+      std::sqrt(std::max({u.squaredNorm(), v.squaredNorm(), w.squaredNorm(), (c - b).squaredNorm(),
+                          (d - b).squaredNorm(), (d - c).squaredNorm()}));
   if (!(std::abs(det) > 1e-16 * longest * longest * longest) || !std::isfinite(det)) return result;
   result.G.row(1) = v.cross(w) / det;
   result.G.row(2) = w.cross(u) / det;

@@ -90,8 +90,8 @@ void Anderson::advance(RowMatrix& S, const RowMatrix& F) {
     S.middleRows(at, count) += F.middleRows(at, count);
     for (int a = 0; a < filled_; ++a) {
       const auto slot = static_cast<std::size_t>(a);
-      S.middleRows(at, count) -= gamma[a] * (dS_[slot].middleRows(at, count) +
-                                             dF_[slot].middleRows(at, count));
+      S.middleRows(at, count) -=
+          gamma[a] * (dS_[slot].middleRows(at, count) + dF_[slot].middleRows(at, count));
     }
   });
 }

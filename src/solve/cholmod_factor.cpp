@@ -1,6 +1,6 @@
 // CHOLMOD's supernodal Cholesky behind the seam (profile full: it is GPL in parts).
-#include "skinfield/base/parallel.h"
 #include "skinfield/base/error.h"
+#include "skinfield/base/parallel.h"
 #include "solve/factor_backend.h"
 
 #if SKINFIELD_HAVE_CHOLMOD
@@ -78,9 +78,7 @@ class CholmodFactor : public SparseFactor::Backend {
     });
   }
 
-  std::int64_t nonzeros() const override {
-    return static_cast<std::int64_t>(common_.get()->lnz);
-  }
+  std::int64_t nonzeros() const override { return static_cast<std::int64_t>(common_.get()->lnz); }
 
  private:
   void release() {

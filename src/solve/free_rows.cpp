@@ -30,8 +30,10 @@ double sum_rows(Eigen::Index rows, const Part& part) {
 class NonZeros {
  public:
   explicit NonZeros(const RowMatrix& Z)
-      : columns_(Z.cols()), count_(static_cast<std::size_t>(Z.rows())),
-        index_(static_cast<std::size_t>(Z.size())), value_(static_cast<std::size_t>(Z.size())) {
+      : columns_(Z.cols()),
+        count_(static_cast<std::size_t>(Z.rows())),
+        index_(static_cast<std::size_t>(Z.size())),
+        value_(static_cast<std::size_t>(Z.size())) {
     parallel_for(count_.size(), kRowsPerBlock, [&](std::size_t i) {
       update(static_cast<Eigen::Index>(i), Z.row(static_cast<Eigen::Index>(i)).data());
     });
@@ -264,9 +266,8 @@ RowMatrix FreeRows::gradient(const RowMatrix& Z) const {
 }
 
 double FreeRows::energy(const RowMatrix& Z, const RowMatrix& G) const {
-  return constant + 0.5 * sum_rows(rows(), [&](Eigen::Index i) {
-           return Z.row(i).dot(G.row(i) - R.row(i));
-         });
+  return constant +
+         0.5 * sum_rows(rows(), [&](Eigen::Index i) { return Z.row(i).dot(G.row(i) - R.row(i)); });
 }
 
 double FreeRows::kkt_residual(const RowMatrix& Z, const RowMatrix& G) const {
@@ -302,7 +303,8 @@ double FreeRows::lower_bound(const RowMatrix& W, const RowMatrix& L) const {
 
 RowMatrix FreeRows::gather(const RowMatrix& W) const {
   RowMatrix result(rows(), columns_);
-  for (Eigen::Index i = 0; i < rows(); ++i) result.row(i) = W.row(node[static_cast<std::size_t>(i)]);
+  for (Eigen::Index i = 0; i < rows(); ++i)
+    result.row(i) = W.row(node[static_cast<std::size_t>(i)]);
   return result;
 }
 

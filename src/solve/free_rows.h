@@ -36,11 +36,11 @@ class FreeRows {
   RowMatrix scatter(const RowMatrix& Z) const;
   RowMatrix gather(const RowMatrix& W) const;
 
-  std::vector<int> node;     ///< (n) free rows, ascending
-  SparseRows Q;              ///< (n,n)
-  RowMatrix R;               ///< (n,m)
-  Vector row_sum;            ///< (n)
-  double constant = 0;       ///< energy of the fixed rows by themselves
+  std::vector<int> node;  ///< (n) free rows, ascending
+  SparseRows Q;           ///< (n,n)
+  RowMatrix R;            ///< (n,m)
+  Vector row_sum;         ///< (n)
+  double constant = 0;    ///< energy of the fixed rows by themselves
 
  private:
   void check_components(const SimplexProblem& problem, const std::vector<int>& position) const;

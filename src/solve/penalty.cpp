@@ -9,7 +9,7 @@ namespace skinfield {
 namespace {
 
 constexpr std::size_t kRowsPerBlock = 256;
-constexpr double kFloor = 0.01;   // of the mean energy density: far from handles it is nearly zero
+constexpr double kFloor = 0.01;  // of the mean energy density: far from handles it is nearly zero
 constexpr double kFactor = 3.0;
 
 /// Means over closed neighbourhoods of `graph`.

@@ -21,9 +21,9 @@ constexpr int kMemory = 8;
 constexpr double kRelaxation = 1.6;
 constexpr int kCheckEvery = 5;
 constexpr int kBalanceEvery = 10;
-constexpr int kSettle = 4;             // first iterations, which say nothing about the balance
-constexpr double kBalanced = 0.8;      // primal over dual residual
-constexpr double kHonestRaise = 8.0;   // see Alternation::converged
+constexpr int kSettle = 4;            // first iterations, which say nothing about the balance
+constexpr double kBalanced = 0.8;     // primal over dual residual
+constexpr double kHonestRaise = 8.0;  // see Alternation::converged
 constexpr int kSweeps = 4;
 
 double largest_difference(const RowMatrix& A, const RowMatrix& B) {
@@ -149,9 +149,8 @@ class Alternation {
 
   void split() {
     W_.resizeLike(S_);
-    for_rows([&](Eigen::Index i) {
-      W_.row(i) = d_[i] * (2 * Z_.row(i) - S_.row(i)) + free_.R.row(i);
-    });
+    for_rows(
+        [&](Eigen::Index i) { W_.row(i) = d_[i] * (2 * Z_.row(i) - S_.row(i)) + free_.R.row(i); });
   }
 
   void step() {
@@ -164,9 +163,7 @@ class Alternation {
     // (Q + D) W = D (2Z - S) + R gives Q W - R without another product.
     RowMatrix& L = F_;
     L.resizeLike(S_);
-    for_rows([&](Eigen::Index i) {
-      L.row(i) = d_[i] * (2 * Z_.row(i) - S_.row(i) - W_.row(i));
-    });
+    for_rows([&](Eigen::Index i) { L.row(i) = d_[i] * (2 * Z_.row(i) - S_.row(i) - W_.row(i)); });
     lower_ = std::max(lower_, free_.lower_bound(W_, L));
     change_ = std::max(largest_difference(W_, Z_), largest_difference(Z_, checked_));
     checked_ = Z_;
@@ -230,8 +227,8 @@ SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOpt
                                  const Progress& progress) {
   const Clock clock;
   const FreeRows free(problem);
-  if (options.start.size() && (options.start.rows() != problem.Q.rows() ||
-                               options.start.cols() != problem.columns)) {
+  if (options.start.size() &&
+      (options.start.rows() != problem.Q.rows() || options.start.cols() != problem.columns)) {
     throw SolveError("the start has a wrong size", "simplex program");
   }
   SimplexSolution result;

@@ -111,7 +111,8 @@ class SupernodalFactor : public SparseFactor::Backend {
       for (std::size_t i = 0; i < r; ++i) {
         double* to = F + static_cast<std::ptrdiff_t>(local[static_cast<std::size_t>(rows[i])]) * s;
         const double* from = U.data() + i * r;
-        for (std::size_t j = 0; j <= i; ++j) to[local[static_cast<std::size_t>(rows[j])]] += from[j];
+        for (std::size_t j = 0; j <= i; ++j)
+          to[local[static_cast<std::size_t>(rows[j])]] += from[j];
       }
       std::vector<double>().swap(U);
     }
@@ -120,7 +121,8 @@ class SupernodalFactor : public SparseFactor::Backend {
     complement(F, s, w, shared);
     double* panel = L_.data() + node.offset;
     for (int i = 0; i < s; ++i) {
-      std::copy_n(F + static_cast<std::ptrdiff_t>(i) * s, w, panel + static_cast<std::ptrdiff_t>(i) * w);
+      std::copy_n(F + static_cast<std::ptrdiff_t>(i) * s, w,
+                  panel + static_cast<std::ptrdiff_t>(i) * w);
     }
     const auto r = static_cast<std::size_t>(s - w);
     if (r == 0) return;
@@ -160,7 +162,8 @@ class SupernodalFactor : public SparseFactor::Backend {
             row[c] = sum / other[c];
           } else {
             if (!(sum > kLeastPivot * diagonal[j])) {
-              throw_not_positive_definite(structure_.old_of_new[static_cast<std::size_t>(first + j)]);
+              throw_not_positive_definite(
+                  structure_.old_of_new[static_cast<std::size_t>(first + j)]);
             }
             row[c] = std::sqrt(sum);
           }
@@ -237,9 +240,11 @@ class SupernodalFactor : public SparseFactor::Backend {
       }
       multiply_strip(a, 1, depth, Y, acc);
       for (int r = 0; r < rows; ++r) {
-        double* x = i < w ? Y + static_cast<std::ptrdiff_t>(i + r) * kStrip
-                          : X + static_cast<std::ptrdiff_t>(
-                                    node.rows[static_cast<std::size_t>(i + r - w)]) * kStrip;
+        double* x =
+            i < w
+                ? Y + static_cast<std::ptrdiff_t>(i + r) * kStrip
+                : X + static_cast<std::ptrdiff_t>(node.rows[static_cast<std::size_t>(i + r - w)]) *
+                          kStrip;
         for (int c = 0; c < kStrip; ++c) x[c] -= acc[r * kStrip + c];
         if (i >= w) continue;
         for (int t = i; t < i + r; ++t) {
@@ -259,8 +264,9 @@ class SupernodalFactor : public SparseFactor::Backend {
     double* Y = X + static_cast<std::ptrdiff_t>(node.first) * kStrip;
     gathered.resize(static_cast<std::size_t>(s - w) * kStrip);
     for (int r = w; r < s; ++r) {
-      std::copy_n(X + static_cast<std::ptrdiff_t>(node.rows[static_cast<std::size_t>(r - w)]) * kStrip,
-                  kStrip, gathered.data() + static_cast<std::ptrdiff_t>(r - w) * kStrip);
+      std::copy_n(
+          X + static_cast<std::ptrdiff_t>(node.rows[static_cast<std::size_t>(r - w)]) * kStrip,
+          kStrip, gathered.data() + static_cast<std::ptrdiff_t>(r - w) * kStrip);
     }
     double acc[kKernelRows * kStrip];
     const double* a[kKernelRows];

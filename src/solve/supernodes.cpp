@@ -122,7 +122,8 @@ std::vector<int> find_supernodes(const std::vector<int>& parent, const std::vect
       }
       const int width = child.width + part.width;
       // The child's columns get the parent's whole structure.
-      const double added = static_cast<double>(child.width) * (part.width + part.below - child.below);
+      const double added =
+          static_cast<double>(child.width) * (part.width + part.below - child.below);
       const double zeros = child.zeros + part.zeros + added;
       if (!worth_merging(width, zeros, panel_entries(width, part.below))) break;
       part = {child.first, width, part.below, zeros};
@@ -185,7 +186,8 @@ SupernodalStructure analyse_supernodes(const SparseRows& A) {
   std::vector<int> parent = elimination_tree(A, s.old_of_new, s.new_of_old);
   const std::vector<int> order = postorder(parent);
   std::vector<int> place(n), ordered(n);
-  for (std::size_t i = 0; i < n; ++i) place[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < n; ++i)
+    place[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
   for (std::size_t i = 0; i < n; ++i) {
     ordered[i] = s.old_of_new[static_cast<std::size_t>(order[i])];
   }
@@ -205,7 +207,8 @@ SupernodalStructure analyse_supernodes(const SparseRows& A) {
     Supernode& node = s.nodes[k];
     node.first = first[k];
     node.width = first[k + 1] - first[k];
-    for (int j = node.first; j < first[k + 1]; ++j) owner[static_cast<std::size_t>(j)] = static_cast<int>(k);
+    for (int j = node.first; j < first[k + 1]; ++j)
+      owner[static_cast<std::size_t>(j)] = static_cast<int>(k);
   }
   for (std::size_t k = 0; k < s.nodes.size(); ++k) {
     Supernode& node = s.nodes[k];

@@ -10,20 +10,20 @@ namespace skinfield {
 /// Columns [first, first + width) of L that share one row structure.
 struct Supernode {
   int first = 0, width = 0;
-  int parent = -1;               ///< supernode that receives the update, -1 for roots
-  std::vector<int> rows;         ///< below the columns, ascending
-  std::vector<int> children;     ///< ascending
-  std::size_t offset = 0;        ///< of the (width + rows) x width row-major panel in L's values
+  int parent = -1;            ///< supernode that receives the update, -1 for roots
+  std::vector<int> rows;      ///< below the columns, ascending
+  std::vector<int> children;  ///< ascending
+  std::size_t offset = 0;     ///< of the (width + rows) x width row-major panel in L's values
   int size() const { return width + static_cast<int>(rows.size()); }
 };
 
 struct SupernodalStructure {
   std::vector<int> old_of_new, new_of_old;  ///< fill-reducing, postordered
   std::vector<Supernode> nodes;             ///< children before parents
-  std::vector<int> subtrees;   ///< roots of disjoint subtrees of comparable work, ascending
-  std::vector<int> begin;      ///< (subtrees) first supernode of each: [begin, root] is the subtree
-  std::vector<int> top;        ///< the supernodes above them, ascending
-  std::size_t values = 0;      ///< entries of all panels
+  std::vector<int> subtrees;  ///< roots of disjoint subtrees of comparable work, ascending
+  std::vector<int> begin;     ///< (subtrees) first supernode of each: [begin, root] is the subtree
+  std::vector<int> top;       ///< the supernodes above them, ascending
+  std::size_t values = 0;     ///< entries of all panels
 };
 
 /// A: symmetric pattern, both triangles stored. Approximate minimum degree ordering (Eigen's),

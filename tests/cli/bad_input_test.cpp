@@ -35,22 +35,23 @@ TEST(BadInput, MissingFileOrFolder) {
   }
   expect_refused(folder, {"inspect", "none.glb"}, 3, {"none.glb: no such file"});
   expect_refused(folder, {"compare", "none.npz", "none.dmat"}, 3, {"none.npz: no such file"});
-  expect_refused(folder, {"transfer", "box.obj", "none.obj", "--skeleton", "box.tgf", "-o", "out.glb"},
-                 3, {"none.obj: no such file"});
+  expect_refused(folder,
+                 {"transfer", "box.obj", "none.obj", "--skeleton", "box.tgf", "-o", "out.glb"}, 3,
+                 {"none.obj: no such file"});
   expect_refused(folder, {"bind", ".", "-o", "out.glb"}, 3, {"is a folder"});
   expect_refused(folder, {"bind", "box.obj", "--skeleton", "none.tgf", "-o", "out.glb"}, 3,
                  {"none.tgf: no such file"});
   for (const char* option : {"--paint", "--weights-in"})
-    expect_refused(folder,
-                   {"bind", "box.obj", "--skeleton", "box.tgf", option, "none.npz", "-o", "out.glb"},
-                   3, {"none.npz: no such file"});
+    expect_refused(
+        folder, {"bind", "box.obj", "--skeleton", "box.tgf", option, "none.npz", "-o", "out.glb"},
+        3, {"none.npz: no such file"});
 }
 
 TEST(BadInput, DamagedContainers) {
   const std::string good = skinned_square().glb();
   for (const double share : {0.01, 0.1, 0.5, 0.99})
-    refuses("cut.glb", good.substr(0, static_cast<std::size_t>(share * static_cast<double>(good.size()))),
-            {});
+    refuses("cut.glb",
+            good.substr(0, static_cast<std::size_t>(share * static_cast<double>(good.size()))), {});
   refuses("cut.glb", good.substr(0, good.size() / 2), {"truncated"});
   refuses("magic.glb", "XXXX" + good.substr(4), {"does not begin as a .glb file"});
   refuses("garbage.gltf", R"({"asset": {"version": "2.0"}, garbage)", {"JSON is damaged"});
@@ -68,14 +69,15 @@ TEST(BadInput, LiesInAccessors) {
     change(b.json);
     return b.glb();
   };
-  refuses("range.glb", altered([](auto& json) { json["accessors"][0]["count"] = 400; }), {"accessor"});
+  refuses("range.glb", altered([](auto& json) { json["accessors"][0]["count"] = 400; }),
+          {"accessor"});
   refuses("claim.glb", altered([](auto& json) { json["accessors"][0]["count"] = 4294967295U; }),
           {"accessor"});
-  refuses("view.glb", altered([](auto& json) { json["bufferViews"][0]["byteLength"] = 4294967295U; }),
-          {});
-  refuses("index.glb", altered([](auto& json) { json["accessors"][0]["bufferView"] = 99; }), {"99"});
-  refuses("missing.glb",
-          altered([](auto& json) {
+  refuses("view.glb",
+          altered([](auto& json) { json["bufferViews"][0]["byteLength"] = 4294967295U; }), {});
+  refuses("index.glb", altered([](auto& json) { json["accessors"][0]["bufferView"] = 99; }),
+          {"99"});
+  refuses("missing.glb", altered([](auto& json) {
             json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 99;
           }),
           {"99"});
@@ -90,8 +92,8 @@ TEST(BadInput, LiesInAccessors) {
 }
 
 TEST(BadInput, PositionsAndFaces) {
-  for (const float bad : {std::numeric_limits<float>::infinity(),
-                          std::numeric_limits<float>::quiet_NaN()}) {
+  for (const float bad :
+       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
     GltfBuilder b = skinned_square();
     std::memcpy(b.binary.data() + 16, &bad, sizeof bad);
     refuses("position.glb", b.glb(), {"vertex 1", "finite"});
@@ -150,7 +152,8 @@ TEST(BadInput, FormatsThatAreNotRead) {
   meshopt.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
       {"buffer", 0}, {"byteLength", 48}, {"byteStride", 12}, {"count", 4}, {"mode", "ATTRIBUTES"}};
   refuses("meshopt.glb", meshopt.glb(), {"EXT_meshopt_compression", "decompress"});
-  refuses("binary.fbx", std::string("Kaydara FBX Binary  \0\x1a", 22), {"FBX", "convert it to glTF"});
+  refuses("binary.fbx", std::string("Kaydara FBX Binary  \0\x1a", 22),
+          {"FBX", "convert it to glTF"});
   refuses("text.fbx", "; FBX 7.3.0 project file\n", {"FBX", "convert it to glTF"});
 }
 
@@ -159,9 +162,12 @@ TEST(BadInput, CompressedFilesOfOthers) {
   SKINFIELD_NEEDS_DATA(meshopt, "rigged/meshopt_no_skin.glb");
   SKINFIELD_NEEDS_DATA(boneless, "rigged/node_animated_no_skin.glb");
   const BoxFolder folder;
-  expect_refused(folder, {"bind", draco.string(), "-o", "out.glb"}, 3, {"KHR_draco_mesh_compression"});
-  expect_refused(folder, {"bind", meshopt.string(), "-o", "out.glb"}, 3, {"EXT_meshopt_compression"});
-  expect_refused(folder, {"bind", boneless.string(), "-o", "out.glb"}, 3, {"no bones", "--skeleton"});
+  expect_refused(folder, {"bind", draco.string(), "-o", "out.glb"}, 3,
+                 {"KHR_draco_mesh_compression"});
+  expect_refused(folder, {"bind", meshopt.string(), "-o", "out.glb"}, 3,
+                 {"EXT_meshopt_compression"});
+  expect_refused(folder, {"bind", boneless.string(), "-o", "out.glb"}, 3,
+                 {"no bones", "--skeleton"});
 }
 
 TEST(BadInput, PaintAndWeightsThatDoNotFit) {
@@ -171,9 +177,9 @@ TEST(BadInput, PaintAndWeightsThatDoNotFit) {
     write_file(folder / "rows.csv", text);
     std::vector<std::string> all = words;
     all.push_back("rows.csv");
-    expect_refused(folder,
-                   {"bind", "box.obj", "--skeleton", "box.tgf", option, "rows.csv", "-o", "out.glb"}, 3,
-                   all);
+    expect_refused(
+        folder, {"bind", "box.obj", "--skeleton", "box.tgf", option, "rows.csv", "-o", "out.glb"},
+        3, all);
   };
   refused("--paint", "0,1,0,0\n", {"3 columns", "2 handles"});
   refused("--paint", "20,1,0\n", {"20"});
@@ -192,8 +198,8 @@ TEST(BadInput, NanInExistingWeightsIsAWarning) {
   std::memcpy(b.binary.data() + offset, &bad, sizeof bad);
   const BoxFolder folder;
   write_file(folder / "square.glb", b.glb());
-  const RunResult result = expect_runs(
-      folder, {"bind", "square.glb", "--nodes", "100", "--quiet", "-o", "out.glb"});
+  const RunResult result =
+      expect_runs(folder, {"bind", "square.glb", "--nodes", "100", "--quiet", "-o", "out.glb"});
   ASSERT_EQ(lines(result.err).size(), 1U) << result.err;
   EXPECT_TRUE(result.err.starts_with("warning: ")) << result.err;
   EXPECT_NE(result.err.find("not finite"), std::string::npos);

@@ -27,11 +27,12 @@ TEST(BadUsage, OptionsAndValues) {
   expect_refused(folder, {"bind", "box.obj"}, 2, {"--output"});
   expect_refused(folder, bind_box({"-o", "out.glb", "--nope"}), 2, {"--nope"});
   const std::vector<std::pair<std::string, std::string>> wrong{
-      {"--quality", "best"},   {"--method", "magic"}, {"--domain", "cubes"}, {"--leaf", "long"},
-      {"--symmetry", "y"},     {"--up", "x"},         {"--nodes", "ten"},    {"--nodes", "-5"},
-      {"--tolerance", "nan"},  {"--tolerance", "0"},  {"--scale", "0"},      {"--scale", "inf"},
-      {"--time-limit", "inf"}, {"--seed", "-1"},      {"--prune", "2"},      {"--iterations", "0"},
-      {"--max-influences", "-1"}, {"--threads", "many"}};
+      {"--quality", "best"},   {"--method", "magic"},      {"--domain", "cubes"},
+      {"--leaf", "long"},      {"--symmetry", "y"},        {"--up", "x"},
+      {"--nodes", "ten"},      {"--nodes", "-5"},          {"--tolerance", "nan"},
+      {"--tolerance", "0"},    {"--scale", "0"},           {"--scale", "inf"},
+      {"--time-limit", "inf"}, {"--seed", "-1"},           {"--prune", "2"},
+      {"--iterations", "0"},   {"--max-influences", "-1"}, {"--threads", "many"}};
   for (const auto& [option, value] : wrong)
     expect_refused(folder, {"bind", "box.obj", "-o", "out.glb", option, value}, 2, {option, value});
   expect_refused(folder, {"sample", "unicorn", "-o", "out.glb"}, 2, {"unicorn", "gecko"});
@@ -47,7 +48,8 @@ TEST(BadUsage, OutputNames) {
   expect_refused(folder, {"render", "box.obj", "-o", "out.jpg"}, 2, {"out.jpg", ".png"});
   expect_refused(folder, {"pose", "box.obj", "-o", "out.fbx"}, 2, {"out.fbx", ".obj"});
   expect_refused(folder, {"sample", "gecko", "-o", "out.obj"}, 2, {"out.obj", ".glb"});
-  expect_refused(folder, {"transfer", "box.obj", "box.obj", "-o", "out.txt"}, 2, {"out.txt", ".npz"});
+  expect_refused(folder, {"transfer", "box.obj", "box.obj", "-o", "out.txt"}, 2,
+                 {"out.txt", ".npz"});
 }
 
 TEST(BadUsage, Locks) {
@@ -61,7 +63,8 @@ TEST(BadUsage, Locks) {
 TEST(BadOutput, FolderMissing) {
   const BoxFolder folder;
   expect_refused(folder, bind_box({"-o", "none/out.glb"}), 5, {"none/out.glb", "does not exist"});
-  expect_refused(folder, bind_box({"-o", "out.glb", "--report", "none/r.json"}), 5, {"none/r.json"});
+  expect_refused(folder, bind_box({"-o", "out.glb", "--report", "none/r.json"}), 5,
+                 {"none/r.json"});
   expect_refused(folder, bind_box({"-o", "out.glb", "--weights", "none/w.npz"}), 5, {"none/w.npz"});
   expect_refused(folder, {"sample", "gecko", "-o", "none/out.glb"}, 5, {"none/out.glb"});
   expect_refused(folder, {"render", "box.obj", "-o", "none/out.png"}, 5, {"none/out.png"});
@@ -74,7 +77,8 @@ TEST(BadOutput, DeviceFull) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   const BoxFolder folder;
   std::filesystem::create_symlink("/dev/full", folder / "full.glb");
-  expect_refused(folder, bind_box({"-o", "full.glb"}), 5, {"full.glb", "No space left", "free some"});
+  expect_refused(folder, bind_box({"-o", "full.glb"}), 5,
+                 {"full.glb", "No space left", "free some"});
   // The report fails, so the weights do not appear either.
   expect_refused(folder, bind_box({"-o", "out.glb", "--report", "full.glb"}), 5, {"No space left"});
 }
@@ -88,11 +92,15 @@ RunResult run_on_small_disk(const BoxFolder& folder, const std::string& options,
   run_options.folder = folder.path().string();
   run_options.program = "/usr/bin/env";
   std::vector<std::string> all{
-      "unshare", "-rm", "sh", "-c",
+      "unshare",
+      "-rm",
+      "sh",
+      "-c",
       "mount -t tmpfs -o size=64k none disk 2>/dev/null && cp out.glb disk || exit 125\n"
       "[ -z \"$0\" ] || mount -o \"remount,$0\" disk 2>/dev/null || exit 125\n"
       "\"$@\"; code=$?; ls -A disk; cat disk/out.glb; exit $code",
-      options, SKINFIELD_PROGRAM};
+      options,
+      SKINFIELD_PROGRAM};
   all.insert(all.end(), arguments.begin(), arguments.end());
   RunResult result = run(all, run_options);
   if (result.code == 1 && result.err.find("unshare") != std::string::npos) result.code = 125;
@@ -108,7 +116,8 @@ TEST(BadOutput, DiskFull) {
   EXPECT_EQ(result.code, 5);
   EXPECT_EQ(result.out, "out.glb\nprecious");
   ASSERT_EQ(lines(result.err).size(), 1U) << result.err;
-  EXPECT_NE(result.err.find("disk/out.glb: cannot write the file: No space left"), std::string::npos)
+  EXPECT_NE(result.err.find("disk/out.glb: cannot write the file: No space left"),
+            std::string::npos)
       << result.err;
 }
 
@@ -141,8 +150,8 @@ TEST(Interrupt, EndsAtEveryStageWithoutAFile) {
     options.folder = folder.path().string();
     options.interrupt_after_ms = after_ms;
     const auto begin = std::chrono::steady_clock::now();
-    const RunResult result =
-        run({"bind", "gecko.glb", "--quality", "high", "-o", "out.glb", "--report", "r.json"}, options);
+    const RunResult result = run(
+        {"bind", "gecko.glb", "--quality", "high", "-o", "out.glb", "--report", "r.json"}, options);
     const double late =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() -
         1e-3 * after_ms;

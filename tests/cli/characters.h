@@ -17,7 +17,8 @@ inline std::string box_obj() {
   std::string text;
   for (int x = 0; x <= 4; ++x)
     for (int k = 0; k < 4; ++k)
-      text += "v " + std::to_string(x) + (k == 1 || k == 2 ? " 1" : " 0") + (k >= 2 ? " 1\n" : " 0\n");
+      text +=
+          "v " + std::to_string(x) + (k == 1 || k == 2 ? " 1" : " 0") + (k >= 2 ? " 1\n" : " 0\n");
   const auto quad = [&text](int a, int b, int c, int d) {
     std::string line = "f";
     for (int i : {a, b, c, d}) line.append(" ").append(std::to_string(i));
@@ -34,9 +35,7 @@ inline std::string box_obj() {
 }
 
 /// Two bones along the middle of that box.
-inline std::string box_tgf() {
-  return "1 0.5 0.5 0.5\n2 2 0.5 0.5\n3 3.5 0.5 0.5\n#\n1 2\n2 3\n";
-}
+inline std::string box_tgf() { return "1 0.5 0.5 0.5\n2 2 0.5 0.5\n3 3.5 0.5 0.5\n#\n1 2\n2 3\n"; }
 
 /// Names and contents of everything in a folder.
 inline std::map<std::string, std::string> contents(const TemporaryFolder& folder) {

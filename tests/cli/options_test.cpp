@@ -57,13 +57,14 @@ TEST(Options, LeafAsPointOrBone) {
   expect_runs(folder, {"sample", "gecko", "--triangles", "8000", "-o", "gecko.glb"});
   // The gecko's leaves own bones that end at their `_end` nodes.
   expect_runs(folder, {"bind", "gecko.glb", "--nodes", "600", "-o", "extend.npz"});
-  expect_runs(folder, {"bind", "gecko.glb", "--nodes", "600", "--leaf", "point", "-o", "point.npz"});
-  EXPECT_GT(skinfield::compare(read_weights(folder / "extend.npz"),
-                               read_weights(folder / "point.npz"))
-                .mean,
-            1e-3);
-  const Json inspected = Json::parse(
-      expect_runs(folder, {"inspect", "gecko.glb", "--leaf", "point", "--json"}).out);
+  expect_runs(folder,
+              {"bind", "gecko.glb", "--nodes", "600", "--leaf", "point", "-o", "point.npz"});
+  EXPECT_GT(
+      skinfield::compare(read_weights(folder / "extend.npz"), read_weights(folder / "point.npz"))
+          .mean,
+      1e-3);
+  const Json inspected =
+      Json::parse(expect_runs(folder, {"inspect", "gecko.glb", "--leaf", "point", "--json"}).out);
   int points = 0;
   for (const Json& handle : inspected["characters"][0]["handles"])
     points += handle["kind"] == "point";
@@ -107,7 +108,8 @@ TEST(Options, LockedColumnsAreKept) {
   const SkinWeights plain = read_weights(folder / "plain.npz");
   ASSERT_EQ(plain.names.size(), 3U);
   arguments = base;
-  arguments.insert(arguments.end(), {"--weights-in", "given.csv", "--lock", plain.names[0], "-o", "w.npz"});
+  arguments.insert(arguments.end(),
+                   {"--weights-in", "given.csv", "--lock", plain.names[0], "-o", "w.npz"});
   bind_report(folder, arguments);
   const RowMatrix W = dense(folder, "w.npz");
   for (int v = 0; v < 20; ++v) {
@@ -121,22 +123,24 @@ TEST(Options, WeightsInAloneOnlyStartTheSolve) {
   const BoxFolder folder;
   bind_report(folder, box("cold.npz", {"--tolerance", "1e-6"}));
   bind_report(folder, box("warm.npz", {"--tolerance", "1e-6", "--weights-in", "cold.npz"}));
-  EXPECT_LT(skinfield::compare(read_weights(folder / "cold.npz"), read_weights(folder / "warm.npz")).max,
-            1e-3)
+  EXPECT_LT(
+      skinfield::compare(read_weights(folder / "cold.npz"), read_weights(folder / "warm.npz")).max,
+      1e-3)
       << "the optimum does not depend on the start";
 }
 
 TEST(Options, InfluencesAndPruning) {
   const TemporaryFolder folder;
   expect_runs(folder, {"sample", "gecko", "--triangles", "8000", "-o", "gecko.glb"});
-  const Json two = bind_report(folder, {"gecko.glb", "--nodes", "600", "--max-influences", "2", "-o",
-                                        "two.glb", "--weights", "two.npz"});
+  const Json two = bind_report(folder, {"gecko.glb", "--nodes", "600", "--max-influences", "2",
+                                        "-o", "two.glb", "--weights", "two.npz"});
   for (const auto& [influences, rows] : two["weights"]["influences"].items())
     EXPECT_LE(std::stoi(influences), 2) << rows;
   const SkinWeights weights = read_weights(folder / "two.npz");
   EXPECT_EQ(weights.W.cols(),
             skinfield::read_gltf(folder / "two.glb").characters.front().skeleton.columns);
-  const Json all = bind_report(folder, {"gecko.glb", "--nodes", "600", "--max-influences", "0", "-o", "all.glb"});
+  const Json all = bind_report(
+      folder, {"gecko.glb", "--nodes", "600", "--max-influences", "0", "-o", "all.glb"});
   EXPECT_GT(all["weights"]["influences"].size(), two["weights"]["influences"].size());
   const RunResult validated = validate_gltf(folder / "all.glb", folder / "gecko.glb");
   SKINFIELD_NEEDS_VALIDATOR(validated);
@@ -145,9 +149,10 @@ TEST(Options, InfluencesAndPruning) {
 
 TEST(Options, SymmetryMirrorsTheWeights) {
   const BoxFolder folder;
-  write_file(folder / "pair.tgf", "1 0.5 .5 .5\n2 1.7 .5 .5\n3 2.3 .5 .5\n4 3.5 .5 .5\n#\n1 2\n4 3\n");
-  bind_report(folder, {"box.obj", "--skeleton", "pair.tgf", "--nodes", "200", "--symmetry", "x", "-o",
-                       "w.npz"});
+  write_file(folder / "pair.tgf",
+             "1 0.5 .5 .5\n2 1.7 .5 .5\n3 2.3 .5 .5\n4 3.5 .5 .5\n#\n1 2\n4 3\n");
+  bind_report(folder, {"box.obj", "--skeleton", "pair.tgf", "--nodes", "200", "--symmetry", "x",
+                       "-o", "w.npz"});
   const RowMatrix W = dense(folder, "w.npz");
   for (int x = 0; x <= 4; ++x)
     for (int k = 0; k < 4; ++k)

@@ -45,12 +45,15 @@ TEST(Pipeline, FromSampleToPicture) {
   EXPECT_EQ(inspected["characters"][0]["weights"], true);
   EXPECT_EQ(inspected["characters"][0]["watertight"], true);
   EXPECT_FALSE(inspected["animations"].empty());
-  EXPECT_NE(expect_runs(folder, {"inspect", "bound.glb"}).out.find("watertight"), std::string::npos);
+  EXPECT_NE(expect_runs(folder, {"inspect", "bound.glb"}).out.find("watertight"),
+            std::string::npos);
 
-  const Json same = parsed(expect_runs(folder, {"compare", "bound.glb", "bound.glb", "--json"}).out);
+  const Json same =
+      parsed(expect_runs(folder, {"compare", "bound.glb", "bound.glb", "--json"}).out);
   EXPECT_EQ(same["tv_max"], 0.0);
   EXPECT_EQ(same["motion_rms"], 0.0);
-  const Json other = parsed(expect_runs(folder, {"compare", "bound.glb", "gecko.glb", "--json"}).out);
+  const Json other =
+      parsed(expect_runs(folder, {"compare", "bound.glb", "gecko.glb", "--json"}).out);
   EXPECT_GT(other["tv_mean"], 0.0);
   EXPECT_GT(other["motion_rms"], 0.0);
 
@@ -84,9 +87,9 @@ TEST(Pipeline, EverySampleBinds) {
 TEST(Pipeline, OutputsAgree) {
   const BoxFolder folder;
   const auto bind_to = [&folder](const std::string& output) {
-    const RunResult result =
-        expect_runs(folder, {"bind", "box.obj", "--skeleton", "box.tgf", "--nodes", "200", "--quiet",
-                             "--max-influences", "4", "--prune", "0.0001", "-o", output});
+    const RunResult result = expect_runs(
+        folder, {"bind", "box.obj", "--skeleton", "box.tgf", "--nodes", "200", "--quiet",
+                 "--max-influences", "4", "--prune", "0.0001", "-o", output});
     EXPECT_EQ(result.out + result.err, "") << "--quiet";
   };
   bind_to("out.npz");
@@ -108,10 +111,12 @@ TEST(Pipeline, OutputsAgree) {
     expect_valid(*character.weights);
     ASSERT_EQ(character.weights->W.rows(), 20);
     for (int i = 0; i < 20; ++i) {
-      const auto position = character.mesh.V.row(character.vertex_of_input[static_cast<std::size_t>(i)]);
+      const auto position =
+          character.mesh.V.row(character.vertex_of_input[static_cast<std::size_t>(i)]);
       int row = -1;
       for (int k = 0; k < 20; ++k)
-        if ((source.mesh.V.row(source.vertex_of_input[static_cast<std::size_t>(k)]) - position).norm() < 1e-6)
+        if ((source.mesh.V.row(source.vertex_of_input[static_cast<std::size_t>(k)]) - position)
+                .norm() < 1e-6)
           row = k;
       ASSERT_GE(row, 0);
       for (int c = 0; c < 2; ++c)
@@ -138,7 +143,8 @@ TEST(Pipeline, SameBytesForAnyThreadsAndRun) {
     glb = read_file(folder / "out.glb");
     npz = read_file(folder / "out.npz");
   }
-  expect_runs(folder, {"bind", "gecko.glb", "--quality", "draft", "--seed", "1", "-o", "other.glb"});
+  expect_runs(folder,
+              {"bind", "gecko.glb", "--quality", "draft", "--seed", "1", "-o", "other.glb"});
   EXPECT_NE(glb, read_file(folder / "other.glb")) << "another seed is another sampling";
 }
 
@@ -147,10 +153,10 @@ TEST(Pipeline, TransfersToACoarserLevel) {
   expect_runs(folder, {"sample", "gecko", "--triangles", "24000", "-o", "fine.glb"});
   expect_runs(folder, {"sample", "gecko", "--triangles", "8000", "-o", "coarse.glb"});
   for (const char* output : {"out.glb", "out.npz"})
-    expect_runs(folder,
-                {"transfer", "fine.glb", "coarse.glb", "--quality", "draft", "-o", output});
+    expect_runs(folder, {"transfer", "fine.glb", "coarse.glb", "--quality", "draft", "-o", output});
   expect_runs(folder, {"bind", "coarse.glb", "--quality", "draft", "-o", "bound.npz"});
-  const SkinWeights carried = read_weights(folder / "out.npz"), bound = read_weights(folder / "bound.npz");
+  const SkinWeights carried = read_weights(folder / "out.npz"),
+                    bound = read_weights(folder / "bound.npz");
   expect_valid(carried);
   expect_valid(*read_gltf(folder / "out.glb").characters.front().weights);
   ASSERT_EQ(carried.W.rows(), bound.W.rows());
@@ -161,8 +167,8 @@ TEST(Pipeline, TurnsAndScalesObj) {
   // The box stands along z in a file with z up, in hundredths.
   const BoxFolder folder;
   const auto bind = [&folder](const std::vector<std::string>& more, const std::string& output) {
-    std::vector<std::string> all{"bind",    "box.obj", "--skeleton", "box.tgf", "--nodes",
-                                 "200", "-o",      output};
+    std::vector<std::string> all{"bind",    "box.obj", "--skeleton", "box.tgf",
+                                 "--nodes", "200",     "-o",         output};
     all.insert(all.end(), more.begin(), more.end());
     expect_runs(folder, all);
   };

@@ -79,8 +79,8 @@ TEST(Report, JsonGoesToStandardOutputAlone) {
 
 TEST(Report, StoppedByALimitIsNoFailure) {
   const BoxFolder folder;
-  const RunResult result =
-      expect_runs(folder, bind_box({"--iterations", "1", "--tolerance", "1e-9", "--json", "--quiet"}));
+  const RunResult result = expect_runs(
+      folder, bind_box({"--iterations", "1", "--tolerance", "1e-9", "--json", "--quiet"}));
   const Json r = Json::parse(result.out);
   EXPECT_EQ(r["solve"]["status"], "limit");
   EXPECT_LE(r["weights"]["row_sum_error"], 1e-6) << "the best weights so far are valid";
@@ -98,8 +98,8 @@ TEST(Help, ListsVerbsWithExamplesThatExist) {
     EXPECT_NE(help.find("Example: skinfield " + verb + " "), std::string::npos) << verb;
     EXPECT_NE(help.find("--quiet"), std::string::npos) << verb;
   }
-  for (const char* later : {"batch", "view", "tetrahedralise", "interpolate", "--resume", "bone-heat",
-                            "geometric-fields", "--boundary"}) {
+  for (const char* later : {"batch", "view", "tetrahedralise", "interpolate", "--resume",
+                            "bone-heat", "geometric-fields", "--boundary"}) {
     EXPECT_EQ(all.find(later), std::string::npos) << later;
     EXPECT_EQ(expect_runs(folder, {"bind", "--help"}).out.find(later), std::string::npos) << later;
   }

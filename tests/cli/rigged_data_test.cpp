@@ -19,8 +19,7 @@ double seam(const skinfield::Character& character) {
   for (std::size_t i = 0; i < character.vertex_of_input.size(); ++i) {
     int& f = first[static_cast<std::size_t>(character.vertex_of_input[i])];
     if (f < 0) f = static_cast<int>(i);
-    const skinfield::SparseRows difference =
-        W.row(f) - W.row(static_cast<Eigen::Index>(i));
+    const skinfield::SparseRows difference = W.row(f) - W.row(static_cast<Eigen::Index>(i));
     for (Eigen::Index k = 0; k < difference.nonZeros(); ++k)
       largest = std::max(largest, std::abs(difference.valuePtr()[k]));
   }
@@ -50,16 +49,17 @@ TEST_P(Rigged, BindsValidly) {
   EXPECT_EQ(validated.code, 0) << validated.out << validated.err;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Data, Rigged,
-    testing::Values("alpaca.glb", "cesium_man.glb", "farmer.glb", "fox.glb", "frog.glb",
-                    "greenman.glb", "kaykit_barbarian.glb", "kaykit_mage.glb", "koi.glb",
-                    "manta_ray.glb", "mech.glb", "quad_skin_joints1.glb", "robot_expressive.glb",
-                    "simple_skin.gltf", "snake.glb", "spider.glb", "stag.glb", "trex.glb",
-                    "wasp_nan_weights.glb", "webxr_hand_left.glb", "witch.glb"),
-    [](const testing::TestParamInfo<const char*>& file) {
-      return std::filesystem::path(file.param).stem().string();
-    });
+INSTANTIATE_TEST_SUITE_P(Data, Rigged,
+                         testing::Values("alpaca.glb", "cesium_man.glb", "farmer.glb", "fox.glb",
+                                         "frog.glb", "greenman.glb", "kaykit_barbarian.glb",
+                                         "kaykit_mage.glb", "koi.glb", "manta_ray.glb", "mech.glb",
+                                         "quad_skin_joints1.glb", "robot_expressive.glb",
+                                         "simple_skin.gltf", "snake.glb", "spider.glb", "stag.glb",
+                                         "trex.glb", "wasp_nan_weights.glb", "webxr_hand_left.glb",
+                                         "witch.glb"),
+                         [](const testing::TestParamInfo<const char*>& file) {
+                           return std::filesystem::path(file.param).stem().string();
+                         });
 
 }  // namespace
 }  // namespace skinfield_test

@@ -66,7 +66,8 @@ TEST(GltfWrite, MoreThanFourInfluencesTakeMoreSets) {
   b.json["skins"][0].erase("inverseBindMatrices");
   b.json["skins"][0]["joints"] = Json::array();
   for (int j = 0; j < 300; ++j) {
-    b.json["skins"][0]["joints"].push_back(b.push("nodes", {{"name", std::string("j").append(std::to_string(j))}}));
+    b.json["skins"][0]["joints"].push_back(
+        b.push("nodes", {{"name", std::string("j").append(std::to_string(j))}}));
   }
   const Asset asset = read(b.glb());
   Eigen::MatrixXd W = Eigen::MatrixXd::Zero(4, 300);

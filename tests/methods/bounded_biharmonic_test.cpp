@@ -48,7 +48,8 @@ TEST(BoundedBiharmonic, WeightsOfABox) {
   expect_simplex_rows(result.W);
   EXPECT_TRUE(result.unreached.empty());
   EXPECT_EQ(result.stats.status, SolveStats::Status::converged);
-  for (int h = 0; h < 4; ++h) EXPECT_EQ(result.W(box.fixed.node[static_cast<std::size_t>(h)], h), 1);
+  for (int h = 0; h < 4; ++h)
+    EXPECT_EQ(result.W(box.fixed.node[static_cast<std::size_t>(h)], h), 1);
 }
 
 TEST(BoundedBiharmonic, LeavesUnreachedComponentsOut) {

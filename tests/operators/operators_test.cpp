@@ -5,9 +5,8 @@
 #include "skinfield/operators/stiffness.h"
 #include "support/box_tets.h"
 
-#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
-
+#include <Eigen/Eigenvalues>
 
 namespace skinfield {
 namespace {

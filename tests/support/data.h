@@ -21,7 +21,7 @@ inline std::optional<std::filesystem::path> data(const std::string& relative) {
 }  // namespace skinfield_test
 
 /// Skips a test, with a line that says why, where the shared data is absent.
-#define SKINFIELD_NEEDS_DATA(variable, relative)                                  \
-  const auto variable##_found = skinfield_test::data(relative);                   \
-  if (!variable##_found) GTEST_SKIP() << "shared data absent: " << (relative);    \
+#define SKINFIELD_NEEDS_DATA(variable, relative)                               \
+  const auto variable##_found = skinfield_test::data(relative);                \
+  if (!variable##_found) GTEST_SKIP() << "shared data absent: " << (relative); \
   const std::filesystem::path variable = *variable##_found

@@ -30,18 +30,18 @@ struct BindOptions {
   enum class DomainKind { automatic, points, surface };
   DomainKind domain = DomainKind::automatic;
   int nodes = 16000;
-  double tolerance = 1e-3;        ///< largest change of a weight at which the solve stops
+  double tolerance = 1e-3;  ///< largest change of a weight at which the solve stops
   int iterations = 500;
-  double time_limit_s = 0;        ///< of the solve; 0 = none
+  double time_limit_s = 0;  ///< of the solve; 0 = none
   std::uint64_t seed = 0;
-  int max_influences = 0;         ///< 0 = all
-  double prune = 0;               ///< weights below this share of their row go
-  bool resolve = true;            ///< solve again on the kept support when influences are cut
+  int max_influences = 0;  ///< 0 = all
+  double prune = 0;        ///< weights below this share of their row go
+  bool resolve = true;     ///< solve again on the kept support when influences are cut
   enum class Symmetry { off, x, automatic };
   Symmetry symmetry = Symmetry::off;
   std::optional<Paint> paint;
-  std::optional<SkinWeights> start;    ///< over input vertices, all columns
-  std::vector<int> locked_columns;     ///< kept from `start`
+  std::optional<SkinWeights> start;  ///< over input vertices, all columns
+  std::vector<int> locked_columns;   ///< kept from `start`
 };
 
 struct SolvedDomain;
@@ -60,7 +60,7 @@ struct BindReport {
   SolveStats solve;
   std::int64_t rows = 0, negative = 0, non_finite = 0;
   double row_sum_error = 0;
-  std::vector<std::int64_t> influences;   ///< histogram: rows with k influences
+  std::vector<std::int64_t> influences;  ///< histogram: rows with k influences
   double pruned_mass_mean = 0, pruned_mass_max = 0;
   std::vector<std::string> handles_without_vertices;
   std::map<std::string, std::int64_t> vertices_filled;  ///< by cause
@@ -70,7 +70,7 @@ struct BindReport {
 };
 
 struct BindResult {
-  SkinWeights weights;   ///< (input vertices, columns)
+  SkinWeights weights;  ///< (input vertices, columns)
   BindReport report;
   std::shared_ptr<const SolvedDomain> solved;  ///< for transfer to other meshes
 };

@@ -12,16 +12,16 @@ namespace skinfield {
 
 /// How the weights of an evaluated point came about (counted in the report).
 enum class Fill : unsigned char {
-  none,          ///< the ordinary interpolation
-  hidden,        ///< no node in view: nearest unblocked node's neighbourhood, or flood fill
-  passenger,     ///< clothes and shells: carried by the nearest domain vertices
-  handle,        ///< nearest visible handle
-  nearest,       ///< nearest handle, visibility ignored
+  none,       ///< the ordinary interpolation
+  hidden,     ///< no node in view: nearest unblocked node's neighbourhood, or flood fill
+  passenger,  ///< clothes and shells: carried by the nearest domain vertices
+  handle,     ///< nearest visible handle
+  nearest,    ///< nearest handle, visibility ignored
 };
 
 struct Interpolation {
-  SparseRows P;             ///< (n,N) row-stochastic
-  std::vector<Fill> fill;   ///< (n)
+  SparseRows P;            ///< (n,N) row-stochastic
+  std::vector<Fill> fill;  ///< (n)
 };
 
 /// Positions are in the unit box.

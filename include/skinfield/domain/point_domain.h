@@ -14,13 +14,13 @@
 namespace skinfield {
 
 struct PointDomainOptions {
-  int nodes = 16000;          ///< wanted; the result is within some per cent
-  int directions = 256;       ///< rays a node for its Voronoi cell
-  int neighbours = 28;        ///< visible neighbours a node
-  int candidates = 40;        ///< nearest nodes tried for visibility
+  int nodes = 16000;     ///< wanted; the result is within some per cent
+  int directions = 256;  ///< rays a node for its Voronoi cell
+  int neighbours = 28;   ///< visible neighbours a node
+  int candidates = 40;   ///< nearest nodes tried for visibility
   int lloyd_steps = 2;
   double handle_spacing = 0.7;  ///< of handle samples, in local node distances
-  bool adaptive = true;       ///< finer near handles and in thin parts
+  bool adaptive = true;         ///< finer near handles and in thin parts
   std::uint64_t seed = 0;
 };
 
@@ -35,7 +35,7 @@ struct PaintedPoints {
 struct PointDomainFacts {
   std::int64_t rays = 0;
   int handle_nodes = 0;
-  int components = 0;             ///< of the node graph
+  int components = 0;  ///< of the node graph
   int components_without_handle = 0;
   int nodes_without_handle = 0;
   double volume = 0;

@@ -74,8 +74,8 @@ class Solid {
   struct Facts {
     int components = 0, clean = 0, dirty = 0, passengers = 0;
     int flipped_faces = 0, duplicate_faces = 0;
-    double level = 1;        ///< winding number that counts as fully inside
-    double epsilon = 0;      ///< width of the smoothed grid, 0 if there is none
+    double level = 1;    ///< winding number that counts as fully inside
+    double epsilon = 0;  ///< width of the smoothed grid, 0 if there is none
     int handle_samples_inside = 0, handle_samples = 0;
   };
   const Facts& facts() const;

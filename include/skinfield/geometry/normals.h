@@ -24,8 +24,8 @@ Vector point_areas(const Points& P, const Points& N, int neighbours = 16);
 /// no inside points only neighbours are made to agree.
 struct OrientationRepair {
   Triangles F;
-  int flipped = 0;          ///< faces turned
-  int inconsistent = 0;     ///< edges whose faces disagreed in the input
+  int flipped = 0;       ///< faces turned
+  int inconsistent = 0;  ///< edges whose faces disagreed in the input
 };
 OrientationRepair repair_orientation(const Points& V, const Triangles& F, const Points& inside);
 

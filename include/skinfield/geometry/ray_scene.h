@@ -10,10 +10,10 @@
 namespace skinfield {
 
 struct RayHit {
-  double t = 0;     ///< in units of the direction's length (for segments: in [0,1])
-  int face = -1;    ///< -1: nothing was hit
+  double t = 0;         ///< in units of the direction's length (for segments: in [0,1])
+  int face = -1;        ///< -1: nothing was hit
   double u = 0, v = 0;  ///< barycentric coordinates of corners 1 and 2
-  double sign = 0;  ///< +1: the ray enters (runs against the face normal), -1: it leaves
+  double sign = 0;      ///< +1: the ray enters (runs against the face normal), -1: it leaves
   explicit operator bool() const { return face >= 0; }
 };
 

@@ -16,12 +16,12 @@ struct BoundedBiharmonicProblem {
 };
 
 struct BoundedBiharmonicOptions {
-  double tolerance = 1e-3;   ///< largest expected change of a weight
+  double tolerance = 1e-3;  ///< largest expected change of a weight
   int max_iterations = 500;
-  double time_limit_s = 0;   ///< 0: none; else the best valid weights so far, status limit
-  RowMatrix start;           ///< (N,m) warm start and the values of locked columns, or empty
-  std::vector<int> locked;   ///< columns kept from `start`
-  FixedRows paint;           ///< more fixed rows; they win over the problem's
+  double time_limit_s = 0;  ///< 0: none; else the best valid weights so far, status limit
+  RowMatrix start;          ///< (N,m) warm start and the values of locked columns, or empty
+  std::vector<int> locked;  ///< columns kept from `start`
+  FixedRows paint;          ///< more fixed rows; they win over the problem's
   /// (N) lists of the columns a node may use, or empty for all (see support.h).
   std::vector<std::vector<int>> support;
 };

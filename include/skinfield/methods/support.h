@@ -10,7 +10,7 @@
 namespace skinfield {
 
 struct SupportOptions {
-  int influences = 4;       ///< k >= 1 columns a vertex
+  int influences = 4;  ///< k >= 1 columns a vertex
   /// A node may use a column that is among the k largest at this share of the vertices that it
   /// is interpolated to (by their interpolation weights); 1 = at all of them.
   double agreement = 0.9;

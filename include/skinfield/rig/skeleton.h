@@ -21,12 +21,12 @@ struct JointTip {
 /// A glTF/Blender joint, or a TGF vertex.
 struct Joint {
   std::string name;
-  int parent = -1;                 ///< index of the parent joint, -1 for roots
-  Vec3 position = Vec3::Zero();    ///< in the character's bind space (from inverse bind matrices)
+  int parent = -1;               ///< index of the parent joint, -1 for roots
+  Vec3 position = Vec3::Zero();  ///< in the character's bind space (from inverse bind matrices)
   Transform inverse_bind = Transform::Identity();  ///< bind space -> joint space
   Transform local_rest = Transform::Identity();    ///< node transform relative to the parent joint
   Transform world_rest = Transform::Identity();
-  std::vector<JointTip> tips;      ///< child nodes outside the skin, in node order (glTF readers)
+  std::vector<JointTip> tips;  ///< child nodes outside the skin, in node order (glTF readers)
 };
 
 /// What a weight function belongs to.
@@ -34,10 +34,10 @@ struct Handle {
   enum class Kind { bone, point, region };
   Kind kind = Kind::bone;
   std::string name;
-  int joint = -1;                              ///< skin joint it moves, -1 for TGF handles
-  std::vector<std::pair<Vec3, Vec3>> segments; ///< bone: at least one, none of zero length
-  Vec3 point = Vec3::Zero();                   ///< point handles
-  std::vector<int> vertices;                   ///< region handles: mesh vertices
+  int joint = -1;                               ///< skin joint it moves, -1 for TGF handles
+  std::vector<std::pair<Vec3, Vec3>> segments;  ///< bone: at least one, none of zero length
+  Vec3 point = Vec3::Zero();                    ///< point handles
+  std::vector<int> vertices;                    ///< region handles: mesh vertices
 };
 
 /// One weight column = one handle. For glTF the columns are the skin's joints in skin order and
@@ -48,10 +48,10 @@ struct Skeleton {
   std::vector<Joint> joints;
   std::vector<std::pair<int, int>> bones;  ///< TGF edges, joint index pairs, in file order
   std::vector<Handle> handles;
-  std::vector<int> column;                 ///< column of handles[i]
+  std::vector<int> column;  ///< column of handles[i]
   int columns = 0;
-  std::vector<std::string> column_names;   ///< (columns)
-  std::vector<int> left_out;               ///< joints that do not deform, for the report
+  std::vector<std::string> column_names;  ///< (columns)
+  std::vector<int> left_out;              ///< joints that do not deform, for the report
 };
 
 }  // namespace skinfield

@@ -23,14 +23,14 @@ struct FixedRows {
 };
 
 struct SimplexProblem {
-  SparseRows Q;              ///< (N,N) symmetric positive semidefinite, full (both triangles)
-  RowMatrix B;               ///< (N,m) linear term, or empty for none
-  Vector M;                  ///< (N) > 0 node masses: scales the penalties
-  SparseRows K;              ///< (N,N) or empty: if Q = K M^-1 K, the stiffness; the local
-                             ///< |K w|^2 / M^2 then sets the penalties (faster on bad meshes)
+  SparseRows Q;  ///< (N,N) symmetric positive semidefinite, full (both triangles)
+  RowMatrix B;   ///< (N,m) linear term, or empty for none
+  Vector M;      ///< (N) > 0 node masses: scales the penalties
+  SparseRows K;  ///< (N,N) or empty: if Q = K M^-1 K, the stiffness; the local
+                 ///< |K w|^2 / M^2 then sets the penalties (faster on bad meshes)
   FixedRows fixed;
-  int columns = 0;           ///< m
-  Vector row_sum;            ///< (N) targets s_i >= 0, or empty for all 1
+  int columns = 0;  ///< m
+  Vector row_sum;   ///< (N) targets s_i >= 0, or empty for all 1
   /// (N) lists of the columns a row may use, or empty for all: the kept support of a re-solve.
   std::vector<std::vector<int>> support;
 };
@@ -40,20 +40,20 @@ struct SolveStats {
   Status status = Status::converged;
   int iterations = 0;
   double energy = 0, lower_bound = 0;
-  double relative_gap = 0;     ///< (energy - lower_bound) / energy
-  double kkt_residual = 0;     ///< largest violation of the optimality conditions, in weight units
-  double largest_change = 0;   ///< of a weight, at the last check
+  double relative_gap = 0;    ///< (energy - lower_bound) / energy
+  double kkt_residual = 0;    ///< largest violation of the optimality conditions, in weight units
+  double largest_change = 0;  ///< of a weight, at the last check
 };
 
 struct SimplexOptions {
-  double tolerance = 1e-3;     ///< stop when no weight is expected to change by more
+  double tolerance = 1e-3;  ///< stop when no weight is expected to change by more
   int max_iterations = 500;
-  double time_limit_s = 0;     ///< 0: none
-  RowMatrix start;             ///< warm start (N,m), or empty
+  double time_limit_s = 0;  ///< 0: none
+  RowMatrix start;          ///< warm start (N,m), or empty
 };
 
 struct SimplexSolution {
-  RowMatrix W;                 ///< (N,m), feasible
+  RowMatrix W;  ///< (N,m), feasible
   SolveStats stats;
 };
 
