@@ -56,6 +56,7 @@ class CholmodFactor : public SparseFactor::Backend {
     check_pivots(A);
   }
 
+  using SparseFactor::Backend::solve;
   void solve(RowMatrix& B) const override {
     const auto columns = static_cast<std::size_t>(B.cols());
     parallel_blocks(columns, kColumnsPerBlock, [&](std::size_t begin, std::size_t end) {

@@ -1,5 +1,6 @@
 #include "solve/dense_kernel.h"
 
+#include <algorithm>
 #include <cstring>
 
 // The processor's vector width is chosen when the program starts, so that one binary is fast
@@ -15,7 +16,153 @@
 namespace skinfield {
 namespace {
 using Four = double __attribute__((vector_size(32)));
+constexpr int kSlab = 64;  // rows of a panel that stay in the second cache
+
+#define SKINFIELD_INLINE inline __attribute__((always_inline))
+
+// By reference: passing such vectors by value has no stable ABI without AVX.
+SKINFIELD_INLINE void load(Four& v, const double* from) { std::memcpy(&v, from, sizeof v); }
+SKINFIELD_INLINE void store(double* to, const Four& v) { std::memcpy(to, &v, sizeof v); }
+
+/// y -= x on the chunks.
+template <int Count>
+SKINFIELD_INLINE void subtract(double* y, const int* at, const Four (&x)[Count]) {
+  for (int q = 0; q < Count; ++q) {
+    Four v;
+    load(v, y + at[q]);
+    v -= x[q];
+    store(y + at[q], v);
+  }
+}
+
+/// acc[r][q] = sum over k < K of a_r[k * step] * the chunk of Y's row k at at[q].
+template <int Count>
+SKINFIELD_INLINE void multiply(const double* const a[kKernelRows], std::ptrdiff_t step, int K,
+                               const double* Y, std::ptrdiff_t stride, const int* at,
+                               Four (&acc)[kKernelRows][Count]) {
+  Four c[kKernelRows][Count] = {};
+  const double* y[Count];
+  for (int q = 0; q < Count; ++q) y[q] = Y + at[q];
+  for (std::ptrdiff_t k = 0; k < K; ++k) {
+    Four v[Count];
+    for (int q = 0; q < Count; ++q) load(v[q], y[q] + k * stride);
+    for (int r = 0; r < kKernelRows; ++r) {
+      const double x = a[r][k * step];
+      for (int q = 0; q < Count; ++q) c[r][q] += x * v[q];
+    }
+  }
+  for (int r = 0; r < kKernelRows; ++r) {
+    for (int q = 0; q < Count; ++q) acc[r][q] = c[r][q];
+  }
+}
+
+/// y -= l x on the chunks.
+template <int Count>
+SKINFIELD_INLINE void eliminate(double* y, double l, const double* x, const int* at) {
+  Four v[Count];
+  for (int q = 0; q < Count; ++q) {
+    load(v[q], x + at[q]);
+    v[q] *= l;
+  }
+  subtract(y, at, v);
+}
+
+template <int Count>
+SKINFIELD_INLINE void scale(double* y, double factor, const int* at) {
+  for (int q = 0; q < Count; ++q) {
+    Four v;
+    load(v, y + at[q]);
+    v *= factor;
+    store(y + at[q], v);
+  }
+}
+
+template <int Count>
+SKINFIELD_INLINE void forward_chunks(const Panel& p, const int* target, const int* at) {
+  const int w = p.width;
+  const std::ptrdiff_t stride = p.stride;
+  Four acc[kKernelRows][Count];
+  const double* a[kKernelRows];
+  const auto multiply_rows = [&](int i, int rows, int depth) __attribute__((always_inline)) {
+    for (int r = 0; r < kKernelRows; ++r) {
+      a[r] = p.L + static_cast<std::ptrdiff_t>(i + std::min(r, rows - 1)) * w;
+    }
+    multiply<Count>(a, 1, depth, p.Y, stride, at, acc);
+  };
+  for (int i = 0; i < w; i += kKernelRows) {
+    const int rows = std::min(kKernelRows, w - i);
+    multiply_rows(i, rows, i);
+    for (int r = 0; r < rows; ++r) {
+      double* y = p.Y + (i + r) * stride;
+      subtract(y, at, acc[r]);
+      for (int t = i; t < i + r; ++t) eliminate<Count>(y, a[r][t], p.Y + t * stride, at);
+      scale<Count>(y, 1 / a[r][i + r], at);
+    }
+  }
+  for (int i = w; i < p.size; i += kKernelRows) {
+    const int rows = std::min(kKernelRows, p.size - i);
+    multiply_rows(i, rows, w);
+    for (int r = 0; r < rows; ++r) {
+      double* x = p.X + target[i + r - w] * stride;
+      subtract(x, at, acc[r]);
+    }
+  }
+}
+
+template <int Count>
+SKINFIELD_INLINE void backward_chunks(const Panel& p, const double* below, const int* at) {
+  const int w = p.width;
+  const std::ptrdiff_t stride = p.stride;
+  constexpr int kPacked[kStripChunks] = {0, kChunk, 2 * kChunk};
+  Four acc[kKernelRows][Count];
+  const double* a[kKernelRows];
+  const auto subtract_rows = [&](int j, int count, int from, int to, const double* rows,
+                            std::ptrdiff_t step, const int* where) __attribute__((always_inline)) {
+    for (int r = 0; r < kKernelRows; ++r) {
+      a[r] = p.L + static_cast<std::ptrdiff_t>(from) * w + j + std::min(r, count - 1);
+    }
+    multiply<Count>(a, w, to - from, rows, step, where, acc);
+    for (int r = 0; r < count; ++r) {
+      subtract(p.Y + (j + r) * stride, at, acc[r]);
+    }
+  };
+  // A slab of rows stays in the cache while all columns pass over it.
+  for (int from = w; from < p.size; from += kSlab) {
+    const double* rows = below + static_cast<std::ptrdiff_t>(from - w) * Count * kChunk;
+    for (int j = 0; j < w; j += kKernelRows) {
+      subtract_rows(j, std::min(kKernelRows, w - j), from, std::min(from + kSlab, p.size), rows,
+               Count * kChunk, kPacked);
+    }
+  }
+  for (int end = w; end > 0;) {
+    const int j = (end - 1) / kKernelRows * kKernelRows, count = end - j;
+    subtract_rows(j, count, end, w, p.Y + end * stride, stride, at);
+    for (int r = count - 1; r >= 0; --r) {
+      double* y = p.Y + (j + r) * stride;
+      for (int t = r + 1; t < count; ++t) {
+        eliminate<Count>(y, p.L[static_cast<std::ptrdiff_t>(j + t) * w + j + r],
+                         p.Y + (j + t) * stride, at);
+      }
+      scale<Count>(y, 1 / p.L[static_cast<std::ptrdiff_t>(j + r) * w + j + r], at);
+    }
+    end = j;
+  }
+}
 }  // namespace
+
+SKINFIELD_CLONES
+void forward_panel(const Panel& panel, const int* target, const int* at, int count) {
+  if (count == 1) return forward_chunks<1>(panel, target, at);
+  if (count == 2) return forward_chunks<2>(panel, target, at);
+  forward_chunks<3>(panel, target, at);
+}
+
+SKINFIELD_CLONES
+void backward_panel(const Panel& panel, const double* below, const int* at, int count) {
+  if (count == 1) return backward_chunks<1>(panel, below, at);
+  if (count == 2) return backward_chunks<2>(panel, below, at);
+  backward_chunks<3>(panel, below, at);
+}
 
 SKINFIELD_CLONES
 void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std::ptrdiff_t K,

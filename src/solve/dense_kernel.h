@@ -1,16 +1,33 @@
-// The one inner loop of the supernodal Cholesky.
+// The inner loops of the supernodal Cholesky.
 #pragma once
 
 #include <cstddef>
 
 namespace skinfield {
 
-/// Right-hand sides and columns are handled in strips of this width.
-constexpr int kStrip = 12;
+/// Right-hand sides come in chunks of four columns; strips of three chunks fill the registers.
+constexpr int kChunk = 4;
+constexpr int kStripChunks = 3;
+constexpr int kStrip = kChunk * kStripChunks;
 constexpr int kKernelRows = 4;
 
 /// acc (4 x 12, row-major) = sum over k < K of a_i[k * step] * Y[k][0..12).
 void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std::ptrdiff_t K,
                     const double* Y, double* acc);
+
+/// A supernode of L and the rows of X that belong to it.
+struct Panel {
+  const double* L;  ///< (size, width) row-major
+  int width, size;
+  double* Y;        ///< the supernode's own rows of X
+  double* X;
+  int stride;       ///< of the rows of X and Y
+};
+
+/// Y := L11^-1 Y, then X[target[r]] -= L21 Y, for `count` in 1..3 chunks of columns that begin at
+/// at[0], at[1], ...
+void forward_panel(const Panel& panel, const int* target, const int* at, int count);
+/// Y := L11^-T (Y - L21' below). below: (size - width, 4 count) those rows of X.
+void backward_panel(const Panel& panel, const double* below, const int* at, int count);
 
 }  // namespace skinfield

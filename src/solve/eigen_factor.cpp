@@ -29,6 +29,7 @@ class EigenFactor : public SparseFactor::Backend {
     }
   }
 
+  using SparseFactor::Backend::solve;
   void solve(RowMatrix& B) const override {
     const auto columns = static_cast<std::size_t>(B.cols());
     parallel_blocks(columns, kColumnsPerBlock, [&](std::size_t begin, std::size_t end) {

@@ -10,6 +10,8 @@ struct SparseFactor::Backend {
   virtual void analyse(const SparseRows& A) = 0;
   virtual void factor(const SparseRows& A) = 0;
   virtual void solve(RowMatrix& B) const = 0;
+  /// By way of the dense solve, where a backend has nothing better.
+  virtual void solve(const ActiveRows& active, Vector& values) const;
   virtual std::int64_t nonzeros() const = 0;
 };
 

@@ -82,6 +82,28 @@ void SparseFactor::solve(RowMatrix& B) const {
   if (B.size() > 0) backend_->solve(B);
 }
 
+void SparseFactor::solve(const ActiveRows& active, Vector& values) const {
+  if (active.rows() != n_ || values.size() != active.size()) {
+    throw SolveError("right-hand side of a wrong size", "sparse factor");
+  }
+  if (values.size() > 0) backend_->solve(active, values);
+}
+
+void SparseFactor::Backend::solve(const ActiveRows& active, Vector& values) const {
+  RowMatrix B = RowMatrix::Zero(active.rows(), active.columns);
+  const auto each = [&](const auto& visit) {
+    for (std::int64_t i = 0; i < active.rows(); ++i) {
+      for (auto e = active.start[static_cast<std::size_t>(i)];
+           e < active.start[static_cast<std::size_t>(i) + 1]; ++e) {
+        visit(B(i, active.column[static_cast<std::size_t>(e)]), values[e]);
+      }
+    }
+  };
+  each([](double& b, double v) { b = v; });
+  solve(B);
+  each([](double b, double& v) { v = b; });
+}
+
 std::int64_t SparseFactor::nonzeros() const { return n_ > 0 ? backend_->nonzeros() : 0; }
 
 }  // namespace skinfield

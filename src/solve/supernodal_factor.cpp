@@ -3,7 +3,7 @@
 #include "skinfield/base/parallel.h"
 #include "solve/dense_kernel.h"
 #include "solve/factor_backend.h"
-#include "solve/supernodes.h"
+#include "solve/supernodal_solve.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kLeastPivot = 1e-15;      // of the diagonal entry: less is rounding
 constexpr std::ptrdiff_t kDepth = 256;     // rows of a strip that stay in the first cache
-constexpr int kSlab = 64;                  // rows of a panel that stay in the second cache
 constexpr std::size_t kRowsPerTask = 128;  // of a front, where its work is shared out
 
 /// Rows [begin, end) of F (stride s): F[i][j0..j0+width) -= sum_{k<K} F[i][k] F[j0+t][k].
@@ -66,13 +65,18 @@ class SupernodalFactor : public SparseFactor::Backend {
   }
 
   void solve(RowMatrix& B) const override {
-    const auto columns = static_cast<int>(B.cols());
-    const auto strips = static_cast<std::size_t>((columns + kStrip - 1) / kStrip);
-    // Strips of nearly equal width, so that the threads' shares are equal.
-    const auto edge = [&](std::size_t t) {
-      return static_cast<int>(t * static_cast<std::size_t>(columns) / strips);
-    };
-    parallel_for(strips, 1, [&](std::size_t t) { solve_strip(B, edge(t), edge(t + 1) - edge(t)); });
+    ActiveRows all;
+    all.columns = static_cast<int>(B.cols());
+    for (Eigen::Index i = 0; i <= B.rows(); ++i) all.start.push_back(i * B.cols());
+    all.column.resize(static_cast<std::size_t>(B.size()));
+    for (std::size_t e = 0; e < all.column.size(); ++e) {
+      all.column[e] = static_cast<int>(e % static_cast<std::size_t>(all.columns));
+    }
+    solve_supernodal(structure_, L_.data(), all, B.data());
+  }
+
+  void solve(const ActiveRows& active, Vector& values) const override {
+    solve_supernodal(structure_, L_.data(), active, values.data());
   }
 
   std::int64_t nonzeros() const override {
@@ -208,98 +212,6 @@ class SupernodalFactor : public SparseFactor::Backend {
                     [&](std::size_t begin, std::size_t end) {
                       body(static_cast<int>(begin), static_cast<int>(end));
                     });
-  }
-
-  void solve_strip(RowMatrix& B, int first, int width) const {
-    const auto n = static_cast<std::size_t>(B.rows());
-    std::vector<double> X(n * kStrip, 0.0), gathered;
-    for (std::size_t i = 0; i < n; ++i) {
-      std::copy_n(B.row(structure_.old_of_new[i]).data() + first, width, X.data() + i * kStrip);
-    }
-    for (const Supernode& node : structure_.nodes) forward(node, X.data());
-    for (std::size_t k = structure_.nodes.size(); k-- > 0;) {
-      backward(structure_.nodes[k], X.data(), gathered);
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      std::copy_n(X.data() + i * kStrip, width, B.row(structure_.old_of_new[i]).data() + first);
-    }
-  }
-
-  void forward(const Supernode& node, double* X) const {
-    const int w = node.width, s = node.size();
-    const double* panel = L_.data() + node.offset;
-    double* Y = X + static_cast<std::ptrdiff_t>(node.first) * kStrip;
-    double acc[kKernelRows * kStrip];
-    const double* a[kKernelRows];
-    for (int i = 0; i < s; i += kKernelRows) {
-      // Blocks of rows end at the triangle's end, so that a block is in it or below it.
-      const int rows = std::min(kKernelRows, (i < w ? w : s) - i);
-      const int depth = std::min(i, w);
-      for (int r = 0; r < kKernelRows; ++r) {
-        a[r] = panel + static_cast<std::ptrdiff_t>(i + std::min(r, rows - 1)) * w;
-      }
-      multiply_strip(a, 1, depth, Y, acc);
-      for (int r = 0; r < rows; ++r) {
-        double* x =
-            i < w
-                ? Y + static_cast<std::ptrdiff_t>(i + r) * kStrip
-                : X + static_cast<std::ptrdiff_t>(node.rows[static_cast<std::size_t>(i + r - w)]) *
-                          kStrip;
-        for (int c = 0; c < kStrip; ++c) x[c] -= acc[r * kStrip + c];
-        if (i >= w) continue;
-        for (int t = i; t < i + r; ++t) {
-          const double l = a[r][t];
-          for (int c = 0; c < kStrip; ++c) x[c] -= l * Y[t * kStrip + c];
-        }
-        const double inverse = 1 / a[r][i + r];
-        for (int c = 0; c < kStrip; ++c) x[c] *= inverse;
-      }
-      if (i < w && i + rows == w) i = w - kKernelRows;
-    }
-  }
-
-  void backward(const Supernode& node, double* X, std::vector<double>& gathered) const {
-    const int w = node.width, s = node.size();
-    const double* panel = L_.data() + node.offset;
-    double* Y = X + static_cast<std::ptrdiff_t>(node.first) * kStrip;
-    gathered.resize(static_cast<std::size_t>(s - w) * kStrip);
-    for (int r = w; r < s; ++r) {
-      std::copy_n(
-          X + static_cast<std::ptrdiff_t>(node.rows[static_cast<std::size_t>(r - w)]) * kStrip,
-          kStrip, gathered.data() + static_cast<std::ptrdiff_t>(r - w) * kStrip);
-    }
-    double acc[kKernelRows * kStrip];
-    const double* a[kKernelRows];
-    const auto subtract = [&](int j, int count, int from, int to, const double* rows_of) {
-      for (int r = 0; r < kKernelRows; ++r) {
-        a[r] = panel + static_cast<std::ptrdiff_t>(from) * w + j + std::min(r, count - 1);
-      }
-      multiply_strip(a, w, to - from, rows_of, acc);
-      for (int r = 0; r < count; ++r) {
-        for (int c = 0; c < kStrip; ++c) Y[(j + r) * kStrip + c] -= acc[r * kStrip + c];
-      }
-    };
-    // A slab of rows stays in the cache while all columns pass over it.
-    for (int from = w; from < s; from += kSlab) {
-      const double* rows_of = gathered.data() + static_cast<std::ptrdiff_t>(from - w) * kStrip;
-      for (int j = 0; j < w; j += kKernelRows) {
-        subtract(j, std::min(kKernelRows, w - j), from, std::min(from + kSlab, s), rows_of);
-      }
-    }
-    for (int end = w; end > 0;) {
-      const int j = (end - 1) / kKernelRows * kKernelRows, count = end - j;
-      subtract(j, count, end, w, Y + static_cast<std::ptrdiff_t>(end) * kStrip);
-      for (int r = count - 1; r >= 0; --r) {
-        double* y = Y + static_cast<std::ptrdiff_t>(j + r) * kStrip;
-        for (int t = r + 1; t < count; ++t) {
-          const double l = panel[static_cast<std::ptrdiff_t>(j + t) * w + j + r];
-          for (int c = 0; c < kStrip; ++c) y[c] -= l * Y[(j + t) * kStrip + c];
-        }
-        const double inverse = 1 / panel[static_cast<std::ptrdiff_t>(j + r) * w + j + r];
-        for (int c = 0; c < kStrip; ++c) y[c] *= inverse;
-      }
-      end = j;
-    }
   }
 
   SupernodalStructure structure_;

@@ -170,6 +170,28 @@ void split_work(SupernodalStructure& s) {
   for (const int root : s.subtrees) s.begin.push_back(lowest[static_cast<std::size_t>(root)]);
 }
 
+void assign_targets(SupernodalStructure& s) {
+  for (const int k : s.top) {
+    Supernode& node = s.nodes[static_cast<std::size_t>(k)];
+    node.target = node.rows;
+  }
+  s.spare.assign(1, static_cast<int>(s.old_of_new.size()));
+  for (std::size_t t = 0; t < s.subtrees.size(); ++t) {
+    const Supernode& root = s.nodes[static_cast<std::size_t>(s.subtrees[t])];
+    const int end = root.first + root.width;
+    for (int k = s.begin[t]; k <= s.subtrees[t]; ++k) {
+      Supernode& node = s.nodes[static_cast<std::size_t>(k)];
+      node.target = node.rows;
+      for (int& row : node.target) {
+        if (row < end) continue;
+        const auto at = std::lower_bound(root.rows.begin(), root.rows.end(), row);
+        row = s.spare.back() + static_cast<int>(at - root.rows.begin());
+      }
+    }
+    s.spare.push_back(s.spare.back() + static_cast<int>(root.rows.size()));
+  }
+}
+
 }  // namespace
 
 SupernodalStructure analyse_supernodes(const SparseRows& A) {
@@ -234,6 +256,7 @@ SupernodalStructure analyse_supernodes(const SparseRows& A) {
     s.nodes[static_cast<std::size_t>(node.parent)].children.push_back(static_cast<int>(k));
   }
   split_work(s);
+  assign_targets(s);
   return s;
 }
 

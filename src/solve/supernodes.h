@@ -13,6 +13,9 @@ struct Supernode {
   int parent = -1;            ///< supernode that receives the update, -1 for roots
   std::vector<int> rows;      ///< below the columns, ascending
   std::vector<int> children;  ///< ascending
+  /// Where a forward solve puts the updates of `rows`: rows of the subtree themselves, rows above
+  /// it in the subtree's own spare rows, so that subtrees run in parallel.
+  std::vector<int> target;
   std::size_t offset = 0;     ///< of the (width + rows) x width row-major panel in L's values
   int size() const { return width + static_cast<int>(rows.size()); }
 };
@@ -23,6 +26,8 @@ struct SupernodalStructure {
   std::vector<int> subtrees;  ///< roots of disjoint subtrees of comparable work, ascending
   std::vector<int> begin;     ///< (subtrees) first supernode of each: [begin, root] is the subtree
   std::vector<int> top;       ///< the supernodes above them, ascending
+  /// (subtrees + 1) first spare row of each, from n on: one for each of its root's `rows`.
+  std::vector<int> spare;
   std::size_t values = 0;     ///< entries of all panels
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "skinfield/base/types.h"
+#include "skinfield/solve/active_rows.h"
 
 #include <cstdint>
 #include <memory>
@@ -38,6 +39,9 @@ class SparseFactor {
   void factor(const SparseRows& A, const Vector& shift = {});
   /// Replaces B (n,m) by A^-1 B. Precondition: factor() succeeded.
   void solve(RowMatrix& B) const;
+  /// The same for right-hand sides that are zero outside `active`, of whose solutions only the
+  /// active entries are asked for. values: (active.size()).
+  void solve(const ActiveRows& active, Vector& values) const;
   /// Entries of L.
   std::int64_t nonzeros() const;
 

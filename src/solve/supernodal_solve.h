@@ -1,0 +1,15 @@
+// The solving half of the supernodal Cholesky.
+#pragma once
+
+#include "skinfield/solve/active_rows.h"
+#include "solve/supernodes.h"
+
+namespace skinfield {
+
+/// values := the active entries of A^-1 B, where B is `values` on `active` and zero elsewhere.
+/// L: the panels of the factor. Supernodes carry only the columns that reach them from below, in
+/// chunks of four. Subtrees run in parallel, then the supernodes above them in strips of columns.
+void solve_supernodal(const SupernodalStructure& structure, const double* L,
+                      const ActiveRows& active, double* values);
+
+}  // namespace skinfield
