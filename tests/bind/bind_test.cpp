@@ -243,6 +243,33 @@ TEST(Bind, SymmetryMakesMirroredRowsEqual) {
   }
 }
 
+TEST(Bind, SymmetryHoldsWhenInfluencesAreCut) {
+  const Mesh mesh = bar();
+  std::vector<Handle> bones;
+  for (int side : {-1, 1})
+    for (int b = 0; b < 4; ++b)
+      bones.push_back(bone({0.5 + side * (0.02 + 0.11 * b), 0.1, 0.1},
+                           {0.5 + side * (0.12 + 0.11 * b), 0.1, 0.1},
+                           "b" + std::to_string(b) + (side < 0 ? ".R" : ".L")));
+  const Character c = character(mesh, bones);
+  for (int influences : {2, 3, 4}) {
+    BindOptions options = quick();
+    options.symmetry = BindOptions::Symmetry::x;
+    options.max_influences = influences;
+    const RowMatrix W = dense_weights(bound(c, options).weights);
+    for (Eigen::Index i = 0; i < W.rows(); ++i) {
+      if (std::abs(mesh.V(i, 0) - 0.5) < 1e-9) continue;  // its own image: an odd cut takes a side
+      Eigen::Index mirrored = -1;
+      const Vec3 x(1 - mesh.V(i, 0), mesh.V(i, 1), mesh.V(i, 2));
+      (mesh.V.rowwise() - x.transpose()).rowwise().norm().minCoeff(&mirrored);
+      for (int j = 0; j < 4; ++j) {
+        EXPECT_NEAR(W(i, j), W(mirrored, 4 + j), 1e-9);
+        EXPECT_NEAR(W(i, 4 + j), W(mirrored, j), 1e-9);
+      }
+    }
+  }
+}
+
 TEST(Bind, LimitsStillGiveValidWeights) {
   const Character c = character(bar(), bar_bones(6));
   BindOptions options = quick();
