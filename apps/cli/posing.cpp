@@ -8,6 +8,8 @@
 #include "skinfield/io/weights_file.h"
 #include "skinfield/rig/pose.h"
 
+#include <Eigen/SVD>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -119,6 +121,17 @@ std::vector<Transform> pose_transforms(const Asset& asset, int character, const 
   const std::vector<GltfAnimation> all = gltf_animations(asset);
   const GltfAnimation& animation = find_animation(all, pose.substr(0, at), asset.path);
   return joint_skinning_transforms(asset, character, &animation, time);
+}
+
+Eigen::Matrix3d turn_to_world(const Asset& asset, int character) {
+  const std::vector<Transform> rest = joint_skinning_transforms(asset, character);
+  if (rest.empty()) return Eigen::Matrix3d::Identity();
+  // The first joint is the root of most skins; its own rest rotation against the bind pose is the
+  // file's change of axes. The nearest rotation is the orthogonal factor.
+  const Eigen::Matrix3d A = rest.front().topLeftCorner<3, 3>();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
+  return R.allFinite() && R.determinant() > 0 ? R : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
 Points deformed(const Points& V, const SkinWeights& weights, std::span<const Transform> columns,

@@ -20,6 +20,10 @@ SkinWeights weights_of(const Asset& asset, int character, const std::string& wei
 /// (a name or a number) of a glTF file.
 std::vector<Transform> pose_transforms(const Asset& asset, int character, const std::string& pose);
 
+/// How a glTF viewer turns the character from its bind space at rest (the skins of many exporters
+/// lie on their backs there): a rotation, the identity for everything else.
+Eigen::Matrix3d turn_to_world(const Asset& asset, int character);
+
 /// Rows of merged weights moved by linear blend (`lbs`) or dual quaternions (`dqs`).
 Points deformed(const Points& V, const SkinWeights& weights, std::span<const Transform> columns,
                 const std::string& skinning);

@@ -68,7 +68,14 @@ void append(const Asset& asset, int index, const Options& o, bool weights_needed
                                 ? weights.names[static_cast<std::size_t>(j)]
                                 : std::to_string(j));
   }
-  const SkeletonOverlay overlay = skeleton_overlay(c.skeleton, columns);
+  SkeletonOverlay overlay = skeleton_overlay(c.skeleton, columns);
+  if (o.pose.empty() || o.pose == "demo" || o.pose == "bind") {
+    // These live in bind space; the other poses already stand as the file's world has them.
+    const Eigen::Matrix3d R = turn_to_world(asset, index);
+    V = (V * R.transpose()).eval();
+    for (auto& [head, tail] : overlay.bones) head = R * head, tail = R * tail;
+    for (Vec3& dot : overlay.dots) dot = R * dot;
+  }
   scene.overlay.bones.insert(scene.overlay.bones.end(), overlay.bones.begin(), overlay.bones.end());
   scene.overlay.dots.insert(scene.overlay.dots.end(), overlay.dots.begin(), overlay.dots.end());
   const Points colours = face_colours(c);
@@ -141,8 +148,11 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
       ->check(number(16, 16384))
       ->capture_default_str();
   verb->add_option("--yaw", o->render.camera.yaw, "Degrees around the up axis")
+      ->check(number(-1e6, 1e6))
       ->capture_default_str();
-  verb->add_option("--pitch", o->render.camera.pitch, "Degrees downward")->capture_default_str();
+  verb->add_option("--pitch", o->render.camera.pitch, "Degrees downward")
+      ->check(number(-90, 90))
+      ->capture_default_str();
   verb->add_option("--caption", o->render.caption, "A line of text at the lower border");
   o->skeleton.add_to(*verb);
   verbs.emplace_back(verb, [o, &common] {
