@@ -2,6 +2,7 @@
 
 #include "skinfield/base/parallel.h"
 #include "skinfield/bind/bind.h"
+#include "skinfield/bind/handles.h"
 #include "skinfield/bind/report.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/gltf.h"
@@ -121,12 +122,19 @@ BindResult bind_naming_file(const std::string& path, const Character& character,
 }
 
 std::string format_output(const Asset& asset, const std::vector<SkinWeights>& weights,
-                          const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  if (is_gltf(path))
-    return format_gltf(asset, weights, lower_extension(path) == ".glb", {},
-                       folder.empty() ? "." : folder);
-  return format_weights(weights.front(), lower_extension(path));
+                          const Options& o, const std::string& path) {
+  if (!is_gltf(path)) return format_weights(weights.front(), lower_extension(path));
+  const bool binary = lower_extension(path) == ".glb";
+  std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (folder.empty()) folder = ".";
+  if (o.skeleton.only.empty() || !is_gltf(o.input))
+    return format_gltf(asset, weights, binary, {}, folder);
+  // A glTF travels whole; what --only leaves out stays as it is.
+  SkeletonOptions everything = o.skeleton;
+  everything.only.clear();
+  const Asset whole = read_characters(o.input, everything, false);
+  return format_gltf(whole, weights_among_others(whole, o.skeleton.only, weights), binary, {},
+                     folder);
 }
 
 void run(const Options& o, const Common& common) {
@@ -169,9 +177,9 @@ void run(const Options& o, const Common& common) {
     weights.push_back(std::move(result.weights));
     reports.push_back(std::move(result.report));
   }
-  std::vector<OutputFile> files{{o.output, format_output(asset, weights, o.output)}};
+  std::vector<OutputFile> files{{o.output, format_output(asset, weights, o, o.output)}};
   if (!o.weights_out.empty())
-    files.push_back({o.weights_out, format_output(asset, weights, o.weights_out)});
+    files.push_back({o.weights_out, format_output(asset, weights, o, o.weights_out)});
   ReportContext context;
   context.input_path = o.input;
   context.output_path = o.output;

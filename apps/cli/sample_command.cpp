@@ -18,8 +18,11 @@ void add_sample(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
       ->required()
       ->check(CLI::IsMember(names));
   verb->add_option("-o,--output", o->output, "The .glb to write")->required();
-  verb->add_option("--triangles", o->sample.resolution, "About so many triangles (0: 16000)");
-  verb->add_option("--seed", o->sample.seed, "Which faces the scan lost")->capture_default_str();
+  verb->add_option("--triangles", o->sample.resolution, "About so many triangles [16000]")
+      ->check(number(500, 2000000));
+  verb->add_option("--seed", o->sample.seed, "Which faces the scan lost")
+      ->check(number(0, 1e18))
+      ->capture_default_str();
   verbs.emplace_back(verb, [o, &common] {
     if (std::string_view(o->output).ends_with(".glb") == false)
       throw UsageError(o->output + ": a sample is written as .glb");

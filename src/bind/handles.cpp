@@ -2,6 +2,7 @@
 
 #include "skinfield/base/error.h"
 #include "skinfield/geometry/winding_number.h"
+#include "skinfield/io/obj.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,28 @@ std::vector<bool> used_joints(const Character& character) {
   return used;
 }
 
+using Triplets = std::vector<Eigen::Triplet<double, std::int32_t>>;
+
+/// Appends row `from` of W to `entries` as row `to`.
+void append_row(const SparseRows& W, Eigen::Index from, Eigen::Index to, Triplets& entries) {
+  for (SparseRows::InnerIterator it(W, from); it; ++it)
+    entries.emplace_back(static_cast<std::int32_t>(to), it.col(), it.value());
+}
+
+/// What an OBJ says about the faces and parts that are kept.
+std::shared_ptr<const Document> kept_document(const ObjDocument& document, Eigen::Index faces,
+                                              const std::vector<int>& face_rows,
+                                              const std::vector<std::size_t>& part_rows) {
+  auto kept = std::make_shared<ObjDocument>(document);
+  for (Triangles* table : {&kept->texcoord_of_corner, &kept->normal_of_corner})
+    if (table->rows() == faces) *table = Triangles((*table)(face_rows, Eigen::all));
+  kept->material_of_part.clear();
+  for (std::size_t p : part_rows)
+    if (p < document.material_of_part.size())
+      kept->material_of_part.push_back(document.material_of_part[p]);
+  return kept;
+}
+
 }  // namespace
 
 void keep_only(Asset& asset, const std::string& name) {
@@ -32,8 +55,12 @@ void keep_only(Asset& asset, const std::string& name) {
   for (Character& c : asset.characters) {
     for (const Part& part : c.parts) names.insert(part.name);
     std::vector<Part> parts;
-    for (const Part& part : c.parts)
-      if (part.name == name) parts.push_back(part);
+    std::vector<std::size_t> part_rows;
+    for (std::size_t p = 0; p < c.parts.size(); ++p) {
+      if (c.parts[p].name != name) continue;
+      parts.push_back(c.parts[p]);
+      part_rows.push_back(p);
+    }
     if (parts.empty()) continue;
     std::vector<int> input_rows, face_rows;
     for (Part& part : parts) {
@@ -74,12 +101,13 @@ void keep_only(Asset& asset, const std::string& name) {
     }
     if (c.input_normals.rows() > 0)
       c.input_normals = Points(c.input_normals(input_rows, Eigen::all));
+    if (const auto* obj = dynamic_cast<const ObjDocument*>(asset.document.get()))
+      asset.document = kept_document(*obj, c.mesh.F.rows(), face_rows, part_rows);
     if (c.weights) {
       SparseRows W(static_cast<Eigen::Index>(input_rows.size()), c.weights->W.cols());
-      std::vector<Eigen::Triplet<double, std::int32_t>> entries;
+      Triplets entries;
       for (std::size_t r = 0; r < input_rows.size(); ++r)
-        for (SparseRows::InnerIterator it(c.weights->W, input_rows[r]); it; ++it)
-          entries.emplace_back(static_cast<std::int32_t>(r), it.col(), it.value());
+        append_row(c.weights->W, input_rows[r], static_cast<Eigen::Index>(r), entries);
       W.setFromTriplets(entries.begin(), entries.end());
       c.weights->W = W;
     }
@@ -90,10 +118,40 @@ void keep_only(Asset& asset, const std::string& name) {
   }
   if (kept.empty()) {
     std::string list;
-    for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
-    throw InputError("no mesh or object is called " + name, asset.path, "there are: " + list);
+    for (const std::string& n : names)
+      if (!n.empty()) list += (list.empty() ? "" : ", ") + n;
+    throw InputError("no mesh or object is called " + name, asset.path,
+                     list.empty() ? "none in it has a name" : "there are: " + list);
   }
   asset.characters = std::move(kept);
+}
+
+std::vector<SkinWeights> weights_among_others(const Asset& whole, const std::string& name,
+                                              const std::vector<SkinWeights>& kept) {
+  std::vector<SkinWeights> all;
+  std::size_t next = 0;
+  for (const Character& c : whole.characters) {
+    const auto is_kept = [&name](const Part& part) { return part.name == name; };
+    all.emplace_back();
+    if (std::none_of(c.parts.begin(), c.parts.end(), is_kept)) continue;
+    const SkinWeights& given = kept.at(next++);
+    const bool others = !std::all_of(c.parts.begin(), c.parts.end(), is_kept);
+    if (others && (!c.weights || c.weights->W.cols() != given.W.cols()))
+      throw InputError("its other meshes have no weights for this skeleton", whole.path,
+                       "bind all of them, or write a weight matrix");
+    Triplets entries;
+    Eigen::Index row = 0;
+    for (const Part& part : c.parts)
+      for (int i = part.begin; i < part.end; ++i)
+        if (is_kept(part))
+          append_row(given.W, row++, i, entries);
+        else
+          append_row(c.weights->W, i, i, entries);
+    all.back().names = given.names;
+    all.back().W.resize(static_cast<Eigen::Index>(c.vertex_of_input.size()), given.W.cols());
+    all.back().W.setFromTriplets(entries.begin(), entries.end());
+  }
+  return all;
 }
 
 void give_skeleton(Character& character, const Skeleton& skeleton) {

@@ -59,6 +59,13 @@ std::string format_gltf(const Asset& source, std::span<const SkinWeights> weight
   if (document && document->characters.size() != source.characters.size()) {
     throw InputError("the asset does not have its document's characters", source.path);
   }
+  for (std::size_t c = 0; document && c < document->characters.size(); ++c) {
+    for (const Binding& binding : document->characters[c].bindings) {
+      if (binding.part_end > static_cast<int>(source.characters[c].parts.size())) {
+        throw InputError("the asset does not have its document's parts", source.path);
+      }
+    }
+  }
   try {
     Extension out = document ? patched_document(source, *document, weights, options)
                              : fresh_document(source, weights, options);

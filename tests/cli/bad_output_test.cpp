@@ -36,6 +36,9 @@ TEST(BadUsage, OptionsAndValues) {
   for (const auto& [option, value] : wrong)
     expect_refused(folder, {"bind", "box.obj", "-o", "out.glb", option, value}, 2, {option, value});
   expect_refused(folder, {"sample", "unicorn", "-o", "out.glb"}, 2, {"unicorn", "gecko"});
+  expect_refused(folder, {"sample", "gecko", "--triangles", "-5", "-o", "out.glb"}, 2, {"-5"});
+  expect_refused(folder, {"render", "box.obj", "--yaw", "nan", "-o", "out.png"}, 2,
+                 {"--yaw", "nan"});
 }
 
 TEST(BadUsage, OutputNames) {

@@ -10,6 +10,14 @@ namespace skinfield {
 /// @throws InputError naming the parts that exist.
 void keep_only(Asset& asset, const std::string& name);
 
+/// The other way round, for writing a glTF whose other meshes stay as they are: a matrix for each
+/// character of `whole`, with the rows of the parts of that name from `kept` (a matrix for each
+/// character that keep_only leaves) and all others as `whole` has them; no rows for a character
+/// without such parts.
+/// @throws InputError where other parts of a character have no weights for these columns.
+std::vector<SkinWeights> weights_among_others(const Asset& whole, const std::string& name,
+                                              const std::vector<SkinWeights>& kept);
+
 /// Another skeleton for a character: its existing weights are dropped.
 void give_skeleton(Character& character, const Skeleton& skeleton);
 
