@@ -193,8 +193,7 @@ void FreeRows::check_components(const SimplexProblem& problem,
 
 void FreeRows::project_row(Eigen::Index i, double* w) const {
   if (problem_.support.empty()) return project_to_simplex(w, columns_, row_sum[i]);
-  const auto& columns =
-      problem_.support[static_cast<std::size_t>(node[static_cast<std::size_t>(i)])];
+  const auto& columns = support(i);
   std::vector<double> kept;
   kept.reserve(columns.size());
   for (const int j : columns) kept.push_back(w[j]);
@@ -293,8 +292,7 @@ double FreeRows::lower_bound(const RowMatrix& W, const RowMatrix& L) const {
            double least = L.row(i).minCoeff();
            if (!problem_.support.empty()) {
              least = std::numeric_limits<double>::infinity();
-             const auto v = static_cast<std::size_t>(node[static_cast<std::size_t>(i)]);
-             for (const int j : problem_.support[v]) least = std::min(least, L(i, j));
+             for (const int j : support(i)) least = std::min(least, L(i, j));
            }
            const double reach = row_sum[i] > 0 ? row_sum[i] * least : 0.0;
            return reach - 0.5 * W.row(i).dot(L.row(i) + R.row(i));

@@ -17,6 +17,13 @@ class FreeRows {
   Eigen::Index rows() const { return static_cast<Eigen::Index>(node.size()); }
   int columns() const { return columns_; }
 
+  /// May all rows use all columns?
+  bool unrestricted() const { return problem_.support.empty(); }
+  /// The columns that a row may use. Precondition: !unrestricted().
+  const std::vector<int>& support(Eigen::Index i) const {
+    return problem_.support[static_cast<std::size_t>(node[static_cast<std::size_t>(i)])];
+  }
+
   /// Z := the nearest feasible rows to those of S.
   void project(const RowMatrix& S, RowMatrix& Z) const;
   void project_row(Eigen::Index i, double* w) const;

@@ -50,6 +50,9 @@ struct SimplexOptions {
   int max_iterations = 500;
   double time_limit_s = 0;  ///< 0: none
   RowMatrix start;          ///< warm start (N,m), or empty
+  /// Rings of Q's graph around the start's support where a column is stored at first, at least 1;
+  /// more follow where they are needed.
+  int margin = 2;
 };
 
 struct SimplexSolution {

@@ -1,0 +1,326 @@
+#include "solve/alternation.h"
+
+#include "skinfield/base/error.h"
+#include "skinfield/base/parallel.h"
+#include "solve/penalty.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace skinfield {
+namespace {
+
+constexpr std::size_t kRowsPerBlock = 256;
+constexpr std::size_t kEntriesPerBlock = 4096;
+constexpr double kRelaxation = 1.6;
+constexpr int kCheckEvery = 5;
+constexpr int kBalanceEvery = 10;
+constexpr int kSettle = 4;            // first iterations, which say nothing about the balance
+constexpr double kBalanced = 0.8;     // primal over dual residual
+constexpr double kHonestRaise = 8.0;  // see Alternation::converged
+constexpr double kWorthShrinking = 0.8;
+
+double largest_difference(const Vector& A, const Vector& B) {
+  return parallel_reduce(
+      static_cast<std::size_t>(A.size()), kEntriesPerBlock, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        const auto at = static_cast<Eigen::Index>(begin);
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        return (A.segment(at, count) - B.segment(at, count)).cwiseAbs().maxCoeff();
+      },
+      [](double a, double b) { return std::max(a, b); });
+}
+
+}  // namespace
+
+template <class Body>
+void Alternation::for_entries(const Body& body) const {
+  parallel_blocks(static_cast<std::size_t>(active_.size()), kEntriesPerBlock,
+                  [&](std::size_t begin, std::size_t end) {
+                    body(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin));
+                  });
+}
+
+/// body(row, first entry, end of entries)
+template <class Body>
+void Alternation::for_rows(const Body& body) const {
+  parallel_for(static_cast<std::size_t>(active_.rows()), kRowsPerBlock, [&](std::size_t i) {
+    body(static_cast<Eigen::Index>(i), active_.start[i], active_.start[i + 1]);
+  });
+}
+
+Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& options,
+                         const FreeRows& free, const Progress& progress)
+    : options_(options), free_(free), progress_(progress), linear_(free.R) {
+  progress_.check();
+  factor_.analyse(free_.Q);
+  const bool warm = options_.start.size() > 0;
+  const RowMatrix X = warm ? free_.gather(options_.start) : unconstrained();
+  free_.project(X, start_);
+  d_ = local_penalty(problem, free_, X, start_);
+  progress_.check();
+  if (!problem.support.empty()) {
+    reach_ = ColumnSets(free_.rows(), free_.columns());
+    for (Eigen::Index i = 0; i < free_.rows(); ++i) {
+      for (const int j : free_.support(i)) reach_.add(i, j);
+    }
+    reach_ = reach_.grown(free_.Q);
+  }
+  activate(around(ColumnSets(start_), std::max(1, options_.margin)));
+  S_ = active_part(start_);
+  if (warm) {
+    raised_ = kHonestRaise;
+    d_ *= raised_;
+    weight_ *= raised_;
+    // At the optimum this S is the fixed point itself, multipliers included. They are those of the
+    // start as given: where a support cuts it, the projection's are of another scale.
+    S_ -= active_part(free_.gradient(X)).cwiseQuotient(weight_);
+  }
+  Z_ = checked_ = active_part(start_);
+  factor_.factor(free_.Q, d_);
+}
+
+RowMatrix Alternation::unconstrained() {
+  try {
+    factor_.factor(free_.Q);
+  } catch (const SolveError&) {
+    // Slivers can cost Q its last digits; X only starts the iteration. If Q is indefinite this
+    // throws again.
+    factor_.factor(free_.Q, 1e-10 * free_.Q.diagonal());
+  }
+  progress_.check();
+  RowMatrix X = free_.R;
+  factor_.solve(X);
+  return X;
+}
+
+ColumnSets Alternation::around(const ColumnSets& support, int rings) const {
+  ColumnSets sets = support.grown(free_.Q, rings);
+  if (!free_.unrestricted()) sets.meet(reach_);
+  sets.join(linear_);
+  return sets;
+}
+
+ColumnSets Alternation::support() const {
+  ColumnSets sets(free_.rows(), free_.columns());
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    for (auto e = begin; e < end; ++e) {
+      if (Z_[e] != 0) sets.add(i, active_.column[static_cast<std::size_t>(e)]);
+    }
+  });
+  return sets;
+}
+
+void Alternation::activate(ColumnSets sets) {
+  sets_ = std::move(sets);
+  active_ = sets_.list();
+  weight_.resize(active_.size());
+  allowed_.assign(free_.unrestricted() ? 0 : active_.column.size(), 0);
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    for (auto e = begin; e < end; ++e) weight_[e] = d_[i];
+    if (free_.unrestricted()) return;
+    for (const int j : free_.support(i)) {
+      const auto from = active_.column.begin() + begin, to = active_.column.begin() + end;
+      const auto at = std::lower_bound(from, to, j);
+      if (at != to && *at == j) allowed_[static_cast<std::size_t>(at - active_.column.begin())] = 1;
+    }
+  });
+  R_ = active_part(free_.R);
+}
+
+void Alternation::grow() {
+  const ColumnSets wanted = around(support(), 1);
+  if (sets_.contains(wanted)) return;
+  ColumnSets more = around(wanted, 1);  // a ring of room
+  more.join(sets_);
+  const ActiveRows before = active_;
+  activate(std::move(more));
+  const std::vector<std::int64_t> old = old_entries(before, active_);
+  for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
+  anderson_.remap(old);
+}
+
+void Alternation::shrink() {
+  ColumnSets fewer = around(support(), 2);
+  fewer.meet(sets_);
+  ActiveRows now = fewer.list();
+  if (static_cast<double>(now.size()) > kWorthShrinking * static_cast<double>(active_.size())) return;
+  const ActiveRows before = active_;
+  activate(std::move(fewer));
+  const std::vector<std::int64_t> old = old_entries(before, active_);
+  for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
+  anderson_.forget();
+}
+
+Vector Alternation::active_part(const RowMatrix& W) const {
+  Vector values(active_.size());
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    for (auto e = begin; e < end; ++e) values[e] = W(i, active_.column[static_cast<std::size_t>(e)]);
+  });
+  return values;
+}
+
+RowMatrix Alternation::full(const Vector& values) const {
+  RowMatrix W = RowMatrix::Zero(free_.rows(), free_.columns());
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    for (auto e = begin; e < end; ++e) W(i, active_.column[static_cast<std::size_t>(e)]) = values[e];
+  });
+  return W;
+}
+
+void Alternation::iterate(int it) {
+  progress_.check();
+  if (it % kBalanceEvery == kSettle) balance();
+  previous_.swap(Z_);
+  project(S_, Z_);
+  split();
+  factor_.solve(active_, W_);
+  const double primal = distance(W_, Z_), dual = distance(Z_, previous_);
+  if (it > kSettle && primal > 0 && dual > 0) {
+    log_ratio_ += std::log(primal / dual);
+    ++ratios_;
+  }
+  if (it % kCheckEvery == 0) check();
+  step();
+  if (it % kCheckEvery == 0) grow();
+}
+
+bool Alternation::converged() {
+  if (!fresh_check_) return false;
+  fresh_check_ = false;
+  if (!(change_ < options_.tolerance)) {
+    confirmed_ = 0;
+    return false;
+  }
+  if (!confirming_) {
+    confirming_ = true;
+    confirmed_ = 1;
+    if (raised_ > kHonestRaise) {
+      scale_penalty(kHonestRaise / raised_);
+      confirmed_ = 0;
+    }
+    return false;
+  }
+  return ++confirmed_ >= 2;
+}
+
+bool Alternation::certify() {
+  progress_.check();
+  project(S_, Z_);
+  split();
+  RowMatrix W = full(W_);
+  // Entries outside the active rows still have their linear term; those are active: zero.
+  factor_.solve(W);
+  Vector inside = active_part(W);
+  ColumnSets missed(free_.rows(), free_.columns());
+  double outside = 0;
+  RowMatrix L(W.rows(), W.cols());
+  L = -(d_.asDiagonal() * W);
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    for (auto e = begin; e < end; ++e) {
+      L(i, active_.column[static_cast<std::size_t>(e)]) = d_[i] * (2 * Z_[e] - S_[e] - inside[e]);
+    }
+  });
+  // (Q + D) W = D (2Z - S) + R gives Q W - R without another product.
+  lower_ = std::max(lower_, free_.lower_bound(W, L));
+  for (Eigen::Index i = 0; i < W.rows(); ++i) {
+    for (int j = 0; j < W.cols(); ++j) {
+      if (std::abs(W(i, j)) <= 0.5 * options_.tolerance || sets_.has(i, j)) continue;
+      outside = std::max(outside, std::abs(W(i, j)));
+      missed.add(i, j);
+    }
+  }
+  if (outside <= options_.tolerance) return true;
+  confirmed_ = 0;
+  ColumnSets more = around(missed, 1);
+  more.join(sets_);
+  const ActiveRows before = active_;
+  activate(std::move(more));
+  const std::vector<std::int64_t> old = old_entries(before, active_);
+  for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
+  anderson_.remap(old);
+  return false;
+}
+
+double Alternation::distance(const Vector& A, const Vector& B) const {
+  return std::sqrt(parallel_reduce(
+      static_cast<std::size_t>(A.size()), kEntriesPerBlock, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        const auto at = static_cast<Eigen::Index>(begin);
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        return ((A.segment(at, count) - B.segment(at, count)).array().square() *
+                weight_.segment(at, count).array()).sum();
+      },
+      std::plus<>()));
+}
+
+void Alternation::project(const Vector& from, Vector& to) const {
+  to.resize(from.size());
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    if (free_.unrestricted()) {
+      std::copy(from.data() + begin, from.data() + end, to.data() + begin);
+      return project_to_simplex(to.data() + begin, static_cast<int>(end - begin), free_.row_sum[i]);
+    }
+    // The allowed entries are projected at the front of the row, then spread over it.
+    int count = 0;
+    for (auto e = begin; e < end; ++e) {
+      if (allowed_[static_cast<std::size_t>(e)]) to[begin + count++] = from[e];
+    }
+    project_to_simplex(to.data() + begin, count, free_.row_sum[i]);
+    for (auto e = end; e-- > begin;) {
+      to[e] = allowed_[static_cast<std::size_t>(e)] ? to[begin + --count] : 0.0;
+    }
+  });
+}
+
+void Alternation::split() {
+  W_.resize(S_.size());
+  for_entries([&](Eigen::Index at, Eigen::Index count) {
+    W_.segment(at, count) =
+        weight_.segment(at, count).cwiseProduct(2 * Z_.segment(at, count) - S_.segment(at, count)) +
+        R_.segment(at, count);
+  });
+}
+
+void Alternation::step() {
+  F_.resize(S_.size());
+  for_entries([&](Eigen::Index at, Eigen::Index count) {
+    F_.segment(at, count) = kRelaxation * (W_.segment(at, count) - Z_.segment(at, count));
+  });
+  anderson_.advance(weight_, S_, F_);
+}
+
+void Alternation::check() {
+  change_ = std::max(largest_difference(W_, Z_), largest_difference(Z_, checked_));
+  checked_ = Z_;
+  fresh_check_ = true;
+}
+
+/// Residual balancing (He, Yang, Wang 2000; Wohlberg 2017) in the norm of the penalty.
+void Alternation::balance() {
+  if (ratios_ < kBalanceEvery) return;
+  const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
+  log_ratio_ = 0;
+  ratios_ = 0;
+  const double factor = std::clamp(ratio * ratio, 0.2, 8.0);
+  if (factor > 2 && !confirming_) scale_penalty(factor);
+  if (factor < 0.4 && raised_ > 1e-2) scale_penalty(factor);
+}
+
+void Alternation::scale_penalty(double factor) {
+  // S - Z is the multiplier divided by the penalty.
+  Vector Z;
+  project(S_, Z);
+  S_ = Z + (S_ - Z) / factor;
+  d_ *= factor;
+  weight_ *= factor;
+  raised_ *= factor;
+  log_ratio_ = 0;
+  ratios_ = 0;
+  factor_.factor(free_.Q, d_);
+  anderson_.forget();
+  shrink();
+}
+
+}  // namespace skinfield

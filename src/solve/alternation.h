@@ -1,0 +1,86 @@
+// The iteration behind solve_simplex_qp.
+#pragma once
+
+#include "skinfield/solve/simplex_qp.h"
+#include "skinfield/solve/sparse_factor.h"
+#include "solve/anderson.h"
+#include "solve/column_sets.h"
+#include "solve/free_rows.h"
+
+#include <limits>
+
+namespace skinfield {
+
+/// Alternating directions (Douglas-Rachford splitting of the energy and the simplices) with
+/// Anderson acceleration: findings.md section B.
+///
+/// Columns are truncated: each is stored only on its active rows and taken as zero elsewhere. With
+/// every row of the optimum's support and their neighbours in Q's graph active, the optimum is
+/// the fixed point, since its multipliers Q W - R vanish farther out. Active sets grow as
+/// the support does, and certify() checks at last that nothing was missed.
+class Alternation {
+ public:
+  Alternation(const SimplexProblem& problem, const SimplexOptions& options, const FreeRows& free,
+              const Progress& progress);
+
+  /// One iteration; `it` counts from 1.
+  void iterate(int it);
+  /// Both the distance between the halves of the splitting, which measured 0.7 to 1.5 times the
+  /// distance to the optimum, and the movement since the last check are below the tolerance.
+  /// That holds near the starting penalty: a raised one pulls the halves together without moving
+  /// them to the optimum. So the first success only lowers the penalty; two more must follow.
+  bool converged();
+  /// One step with full columns: the lower bound, and whether they stay below the tolerance
+  /// outside the active rows. If not, those rows become active.
+  bool certify();
+
+  const RowMatrix& start() const { return start_; }
+  RowMatrix result() const { return full(Z_); }
+  double lower_bound() const { return lower_; }
+  double change() const { return change_; }
+
+ private:
+  RowMatrix unconstrained();
+  template <class Body>
+  void for_entries(const Body& body) const;
+  template <class Body>
+  void for_rows(const Body& body) const;
+  double distance(const Vector& A, const Vector& B) const;
+
+  /// The rows of each column that the support of Z asks for, `rings` beyond it.
+  ColumnSets around(const ColumnSets& support, int rings) const;
+  ColumnSets support() const;
+  void activate(ColumnSets sets);
+  void grow();
+  void shrink();
+  Vector active_part(const RowMatrix& W) const;
+  RowMatrix full(const Vector& values) const;
+
+  void project(const Vector& from, Vector& to) const;
+  void split();
+  void step();
+  void check();
+  void balance();
+  void scale_penalty(double factor);
+
+  const SimplexOptions& options_;
+  const FreeRows& free_;
+  const Progress& progress_;
+  SparseFactor factor_;
+  Anderson anderson_;
+  Vector d_;                    ///< (n) penalties
+  ColumnSets reach_, linear_;   ///< where columns may matter at all; where R is not zero
+  ColumnSets sets_;
+  ActiveRows active_;
+  Vector weight_, R_;           ///< of the active entries: penalty, linear term
+  std::vector<char> allowed_;   ///< of the active entries: in the support, or empty for all
+  Vector S_, Z_, W_, F_, previous_, checked_;
+  RowMatrix start_;
+  double lower_ = -std::numeric_limits<double>::infinity();
+  double change_ = std::numeric_limits<double>::infinity();
+  double log_ratio_ = 0, raised_ = 1;
+  int ratios_ = 0, confirmed_ = 0;
+  bool confirming_ = false, fresh_check_ = false;
+};
+
+}  // namespace skinfield
