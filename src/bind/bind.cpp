@@ -192,6 +192,10 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
     if (solved->points)
       report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
 
+  const Points normals = solved->points      ? solved->points->solid().normals()
+                         : mesh.F.rows() > 0 ? vertex_normals(mesh.V, mesh.F)
+                                             : mesh.N;
+  Interpolation own;
   if (solved->domain) {
     progress("solve", 0);
     BoundedBiharmonicOptions method;
@@ -210,18 +214,18 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
     report.solve.energy *= scale;
     report.solve.lower_bound *= scale;
     watch.lap("solve");
+    own = solved->at_mesh(normals);
+    watch.lap("evaluate");
     if (options.max_influences > 0 && options.resolve) {
-      solved->nodal = resolve_on_kept_support(*solved, options.max_influences, method, progress);
+      solved->nodal =
+          resolve_on_kept_support(*solved, own.P, options.max_influences, method, progress);
       watch.lap("resolve");
     }
   }
 
   progress("evaluate", 0);
   std::vector<Fill> fill;
-  const Points normals = solved->points      ? solved->points->solid().normals()
-                         : mesh.F.rows() > 0 ? vertex_normals(mesh.V, mesh.F)
-                                             : mesh.N;
-  RowMatrix rows = solved->at(mesh.V, normals, true, fill);
+  RowMatrix rows = solved->at(mesh.V, normals, solved->domain ? &own : nullptr, fill);
   apply_exact_conditions(conditions, rows);
   count_fills(fill, report.vertices_filled);
   SkinWeights weights = solved->to_columns(rows, character.vertex_of_input);
@@ -244,7 +248,7 @@ SkinWeights transfer(const SolvedDomain& solved, const Character& target,
   const Points X = solved.scaled.box.to(target.mesh.V);
   const Points N = target.mesh.F.rows() > 0 ? vertex_normals(X, target.mesh.F) : target.mesh.N;
   std::vector<Fill> fill;
-  const RowMatrix rows = solved.at(X, N, false, fill);
+  const RowMatrix rows = solved.at(X, N, nullptr, fill);
   if (vertices_filled) count_fills(fill, *vertices_filled);
   return prune(solved.to_columns(rows, target.vertex_of_input),
                {.max_influences = solved.max_influences, .epsilon = solved.prune})

@@ -214,13 +214,9 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
   solved.symmetric = symmetric || options.symmetry == BindOptions::Symmetry::x;
 }
 
-RowMatrix resolve_on_kept_support(const SolvedDomain& solved, int influences,
+RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const SparseRows& P, int influences,
                                   const BoundedBiharmonicOptions& method,
                                   const Progress& progress) {
-  const Interpolation interpolation =
-      solved.points ? solved.points->at_mesh()
-                    : solved.domain->at(solved.scaled.mesh.V,
-                                        vertex_normals(solved.scaled.mesh.V, solved.scaled.mesh.F));
   SupportOptions support;
   support.influences = influences;
   // It starts next to its solution: at this tolerance no weight was off by more than 1e-4.
@@ -228,7 +224,7 @@ RowMatrix resolve_on_kept_support(const SolvedDomain& solved, int influences,
   again.tolerance = std::max(method.tolerance, 1e-2);
   return resolve_on_support(
              {solved.domain->stiffness(), solved.domain->mass(), solved.domain->fixed()},
-             solved.nodal, interpolation.P, support, again, progress)
+             solved.nodal, P, support, again, progress)
       .W;
 }
 

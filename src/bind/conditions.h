@@ -35,8 +35,8 @@ void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows);
 /// Decides on symmetry in x and pairs the handles; a warning where it is asked for but not there.
 void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport& report);
 
-/// @param method the full solution's options.
-RowMatrix resolve_on_kept_support(const SolvedDomain& solved, int influences,
+/// @param P interpolates to the mesh's vertices. @param method the full solution's options.
+RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const SparseRows& P, int influences,
                                   const BoundedBiharmonicOptions& method, const Progress& progress);
 
 /// Spurious local extrema of the handles' weights over the mesh's edges, tolerance 1e-4.

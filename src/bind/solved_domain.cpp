@@ -22,13 +22,14 @@ void tidy(RowMatrix& W) {
 
 }  // namespace
 
-RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, bool own_mesh,
+RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, const Interpolation* known,
                                 std::vector<Fill>& fill) const {
   RowMatrix W = RowMatrix::Zero(X.rows(), static_cast<Eigen::Index>(scaled.handles.size()));
   if (domain) {
-    Interpolation interpolation = own_mesh && points ? points->at_mesh() : domain->at(X, normals);
+    const Interpolation asked = known ? Interpolation{} : domain->at(X, normals);
+    const Interpolation& interpolation = known ? *known : asked;
     W = interpolation.P * nodal;
-    fill = std::move(interpolation.fill);
+    fill = interpolation.fill;
   } else {
     fill.assign(static_cast<std::size_t>(X.rows()), Fill::nearest);
   }
@@ -54,9 +55,9 @@ RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, bool own
   return W;
 }
 
-RowMatrix SolvedDomain::at(const Points& X, const Points& normals, bool own_mesh,
+RowMatrix SolvedDomain::at(const Points& X, const Points& normals, const Interpolation* known,
                            std::vector<Fill>& fill) const {
-  RowMatrix W = at_once(X, normals, own_mesh, fill);
+  RowMatrix W = at_once(X, normals, known, fill);
   if (!symmetric) return W;
   // The mean of the field and its mirror image: exactly symmetric, and a domain can be asked
   // anywhere.
@@ -64,7 +65,7 @@ RowMatrix SolvedDomain::at(const Points& X, const Points& normals, bool own_mesh
   R.col(0) = (2 * mirror_plane - X.col(0).array()).matrix();
   if (RN.rows() > 0) RN.col(0) *= -1;
   std::vector<Fill> ignored;
-  const RowMatrix mirrored = at_once(R, RN, false, ignored);
+  const RowMatrix mirrored = at_once(R, RN, nullptr, ignored);
   for (Eigen::Index h = 0; h < W.cols(); ++h)
     W.col(h) = 0.5 * (W.col(h) + mirrored.col(partner[static_cast<std::size_t>(h)])).eval();
   return W;

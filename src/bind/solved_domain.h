@@ -23,8 +23,12 @@ struct SolvedDomain {
   std::vector<int> partner;  ///< of each handle, mirrored in x = mirror_plane
   double mirror_plane = 0;
 
-  /// Handle weights (n, handles) at points of the unit box; `own_mesh`: X are the mesh's vertices.
-  RowMatrix at(const Points& X, const Points& normals, bool own_mesh,
+  /// Of the mesh's own vertices, whose parts and normals the domain knows. Needs a domain.
+  Interpolation at_mesh(const Points& normals) const {
+    return points ? points->at_mesh() : domain->at(scaled.mesh.V, normals);
+  }
+  /// Handle weights (n, handles) at points of the unit box; `known`: their interpolation, or null.
+  RowMatrix at(const Points& X, const Points& normals, const Interpolation* known,
                std::vector<Fill>& fill) const;
 
   /// Rows over handles to skin weights over columns and input vertices.
@@ -32,7 +36,7 @@ struct SolvedDomain {
                          const std::vector<int>& vertex_of_input) const;
 
  private:
-  RowMatrix at_once(const Points& X, const Points& normals, bool own_mesh,
+  RowMatrix at_once(const Points& X, const Points& normals, const Interpolation* known,
                     std::vector<Fill>& fill) const;
 };
 

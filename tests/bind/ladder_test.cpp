@@ -143,7 +143,7 @@ TEST(Ladder, AFloatingPieceWithABoneHasItsOwn) {
   const BindResult result = bound(character(together(body, ball), bones));
   EXPECT_EQ(result.report.node_components, 2);
   for (Eigen::Index i = 0; i < result.weights.W.rows(); ++i)
-    EXPECT_NEAR(result.weights.W.coeff(i, 3), i < body.V.rows() ? 0 : 1, 1e-9);
+    EXPECT_NEAR(result.weights.W.coeff(i, 3), i < body.V.rows() ? 0 : 1, quick().tolerance);
 }
 
 TEST(Ladder, TheSurfaceCanBeAskedFor) {
