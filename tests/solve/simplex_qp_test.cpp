@@ -192,6 +192,24 @@ TEST(SimplexQp, WarmStartIsFaster) {
   EXPECT_LT((warm.W - cold.W).cwiseAbs().maxCoeff(), 1e-3);
 }
 
+TEST(SimplexQp, ColumnsAreStoredWhereverTheyTurnOutToBeNeeded) {
+  const SimplexProblem p = grid_program(12, 6);
+  SimplexOptions options;
+  options.tolerance = 1e-5;
+  options.max_iterations = 2000;
+  const SimplexSolution cold = solve_simplex_qp(p, options);
+  EXPECT_EQ(cold.stats.status, SolveStats::Status::converged);
+  EXPECT_LT(cold.stats.relative_gap, 1e-5);
+  // From a start that gives everything to one column, the others must spread.
+  options.start = RowMatrix::Zero(p.Q.rows(), p.columns);
+  options.start.col(2).setOnes();
+  options.margin = 1;
+  const SimplexSolution grown = solve_simplex_qp(p, options);
+  EXPECT_EQ(grown.stats.status, SolveStats::Status::converged);
+  EXPECT_LT(grown.stats.relative_gap, 1e-5);
+  EXPECT_LT((cold.W - grown.W).cwiseAbs().maxCoeff(), 1e-4);
+}
+
 TEST(SimplexQp, RowSumsAndSupportsAreKept) {
   SimplexProblem p = grid_program(6, 4);
   const Eigen::Index n = p.Q.rows();
