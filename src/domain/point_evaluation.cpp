@@ -122,6 +122,9 @@ Fill PointEvaluation::evaluate(const Vec3& x, const Vec3& normal, bool clean,
       return Fill::none;
     }
   }
+  // From outside there is no view: the nearest node serves.
+  for (std::size_t k = 0; !inside && unblocked < 0 && k < found.size(); ++k)
+    if (connected_[static_cast<std::size_t>(found[k].index)]) unblocked = found[k].index;
   if (unblocked < 0) {
     // Nothing in view among the nearest: look further before looking through walls.
     std::vector<Neighbour> more;
