@@ -19,6 +19,9 @@ done
 step "an installed tree, and a project that uses it"
 tools/package_test.sh build/permissive build/package
 
+step "every case of the shared data at normal quality"
+tools/sweep.sh build/permissive/bin/skinfield normal
+
 step "fuzzing, ${FUZZ_SECONDS:-60} s a parser"
 tools/build.sh fuzz -j "$jobs"
 mkdir -p build/fuzz/corpus

@@ -2,15 +2,49 @@
 #include "skinfield/io/file.h"
 #include "skinfield/io/gltf.h"
 
+#include <algorithm>
+
 namespace skinfield {
 namespace {
 
 using namespace gltf;
 namespace fs = std::filesystem;
 
+/// A text document that becomes a GLB: all its buffers in one, for the binary chunk. Not where
+/// views have extensions, which may name buffers in ways of their own.
+void join_buffers(Extension& out) {
+  Json& list = out.json["buffers"];
+  if (out.buffers.size() < 2 || !list[0].contains("uri") || !out.json.contains("bufferViews")) {
+    return;
+  }
+  Json& views = out.json["bufferViews"];
+  const auto extended = [](const Json& view) { return view.contains("extensions"); };
+  const auto absent = [](const std::optional<std::string>& bytes) { return !bytes; };
+  if (std::any_of(views.begin(), views.end(), extended) ||
+      std::any_of(out.buffers.begin(), out.buffers.end(), absent)) {
+    return;
+  }
+  std::string all;
+  std::vector<std::size_t> begin;
+  for (const std::optional<std::string>& bytes : out.buffers) {
+    all.resize((all.size() + 3) / 4 * 4, '\0');
+    begin.push_back(all.size());
+    all += *bytes;
+  }
+  for (Json& view : views) {
+    const std::size_t offset = view.value("byteOffset", std::size_t{0});
+    view["byteOffset"] = begin[view["buffer"].get<std::size_t>()] + offset;
+    view["buffer"] = 0;
+  }
+  list.erase(list.begin() + 1, list.end());
+  list[0]["byteLength"] = all.size();
+  out.buffers = {std::move(all)};
+}
+
 /// Puts the buffers' bytes where the container wants them; gives the binary chunk, if any.
 std::optional<std::string> settle_buffers(Extension& out, bool binary) {
   std::optional<std::string> chunk;
+  if (binary) join_buffers(out);
   for (std::size_t b = 0; b < out.buffers.size(); ++b) {
     if (!out.buffers[b]) continue;
     Json& buffer = out.json["buffers"][b];

@@ -187,6 +187,24 @@ TEST(Pipeline, TurnsAndScalesObj) {
   EXPECT_LT(mean, 0.05) << "weights do not depend on axes and units";
 }
 
+TEST(Pipeline, TextInBinaryOutIsOneBuffer) {
+  GltfBuilder b = skinned_square();
+  Json text = Json::parse(b.text());
+  text["buffers"].push_back(text["buffers"][0]);
+  text["bufferViews"][1]["buffer"] = 1;
+  const BoxFolder folder;
+  write_file(folder / "square.gltf", text.dump());
+  expect_runs(folder, {"bind", "square.gltf", "--quiet", "-o", "out.glb"});
+  const auto before = read_gltf(folder / "square.gltf").characters.front();
+  const auto after = read_gltf(folder / "out.glb").characters.front();
+  EXPECT_EQ(after.mesh.V, before.mesh.V);
+  EXPECT_EQ(after.mesh.F, before.mesh.F);
+  EXPECT_EQ(read_file(folder / "out.glb").find("data:"), std::string::npos);
+  const RunResult validated = validate_gltf(folder / "out.glb", folder / "square.gltf");
+  SKINFIELD_NEEDS_VALIDATOR(validated);
+  EXPECT_EQ(validated.code, 0) << validated.out;
+}
+
 TEST(Pipeline, MoreThanOneCharacter) {
   // Two squares, each under a skeleton of its own: both are bound, a matrix has room for one.
   GltfBuilder b = skinned_square();
