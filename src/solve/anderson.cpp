@@ -33,9 +33,9 @@ struct Products {
 
 Vector remapped(const Vector& values, const std::vector<std::int64_t>& old) {
   Vector result(static_cast<Eigen::Index>(old.size()));
-  for (std::size_t e = 0; e < old.size(); ++e) {
+  parallel_for(old.size(), kEntriesPerBlock, [&](std::size_t e) {
     result[static_cast<Eigen::Index>(e)] = old[e] < 0 ? 0.0 : values[old[e]];
-  }
+  });
   return result;
 }
 

@@ -26,7 +26,7 @@ class Solve {
       for (int row = s_.spare[t]; row < s_.spare[t + 1]; ++row) clear(s_.subtrees[t], row);
       for (int k = s_.begin[t]; k <= s_.subtrees[t]; ++k) forward(k, 0, chunks_);
     });
-    for (const int k : s_.top) load(k);
+    for_top([&](int k) { load(k); });
     const int strips = (chunks_ + kStripChunks - 1) / kStripChunks;
     parallel_for(static_cast<std::size_t>(strips), 1, [&](std::size_t strip) {
       const int begin = static_cast<int>(strip) * chunks_ / strips;
@@ -36,7 +36,7 @@ class Solve {
       for (const int k : s_.top) forward(k, begin, end);
       for (std::size_t t = s_.top.size(); t-- > 0;) backward(s_.top[t], begin, end, gathered);
     });
-    for (const int k : s_.top) store(k);
+    for_top([&](int k) { store(k); });
     parallel_for(s_.subtrees.size(), 1, [&](std::size_t t) {
       std::vector<double> gathered;
       for (int k = s_.subtrees[t]; k >= s_.begin[t]; --k) {
@@ -50,26 +50,45 @@ class Solve {
   const Supernode& node(int k) const { return s_.nodes[static_cast<std::size_t>(k)]; }
   double* row(int i) const { return X_.get() + static_cast<std::ptrdiff_t>(i) * stride_; }
 
+  template <class Body>
+  void for_top(const Body& body) const {
+    parallel_for(s_.top.size(), 1, [&](std::size_t t) { body(s_.top[t]); });
+  }
+
   /// Chunks with an active entry in the supernode or below it: others stay zero there.
   void find_chunks() {
     const auto width = static_cast<std::size_t>(chunks_);
     std::vector<char> used(s_.nodes.size() * width, 0);
-    first_.assign(1, 0);
-    for (std::size_t k = 0; k < s_.nodes.size(); ++k) {
-      char* own = used.data() + k * width;
-      for (int j = 0; j < s_.nodes[k].width; ++j) {
-        const auto [begin, end] = entries(s_.nodes[k].first + j);
+    const auto mark = [&](int k) {
+      char* own = used.data() + static_cast<std::size_t>(k) * width;
+      for (int i = node(k).first; i < node(k).first + node(k).width; ++i) {
+        const auto [begin, end] = entries(i);
         for (auto e = begin; e < end; ++e) {
           own[active_.column[static_cast<std::size_t>(e)] / kChunk] = 1;
         }
       }
+    };
+    const auto inherit = [&](int k) {
+      char* own = used.data() + static_cast<std::size_t>(k) * width;
+      for (const int child : node(k).children) {
+        const char* below = used.data() + static_cast<std::size_t>(child) * width;
+        for (std::size_t c = 0; c < width; ++c) own[c] |= below[c];
+      }
+    };
+    parallel_for(s_.subtrees.size(), 1, [&](std::size_t t) {
+      for (int k = s_.begin[t]; k <= s_.subtrees[t]; ++k) {
+        mark(k);
+        inherit(k);
+      }
+    });
+    for_top(mark);
+    for (const int k : s_.top) inherit(k);
+    first_.assign(1, 0);
+    for (std::size_t k = 0; k < s_.nodes.size(); ++k) {
       for (int c = 0; c < chunks_; ++c) {
-        if (own[c]) at_.push_back(c * kChunk);
+        if (used[k * width + static_cast<std::size_t>(c)]) at_.push_back(c * kChunk);
       }
       first_.push_back(static_cast<int>(at_.size()));
-      if (s_.nodes[k].parent < 0) continue;
-      char* above = used.data() + static_cast<std::size_t>(s_.nodes[k].parent) * width;
-      for (std::size_t c = 0; c < width; ++c) above[c] |= own[c];
     }
   }
 
