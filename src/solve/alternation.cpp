@@ -129,34 +129,36 @@ void Alternation::activate(ColumnSets sets) {
   R_ = active_part(free_.R);
 }
 
+std::vector<std::int64_t> Alternation::reactivate(ColumnSets sets) {
+  const ActiveRows before = active_;
+  activate(std::move(sets));
+  std::vector<std::int64_t> old = old_entries(before, active_);
+  for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
+  return old;
+}
+
 void Alternation::grow() {
   const ColumnSets wanted = around(support(), 1);
   if (sets_.contains(wanted)) return;
   ColumnSets more = around(wanted, 1);  // a ring of room
   more.join(sets_);
-  const ActiveRows before = active_;
-  activate(std::move(more));
-  const std::vector<std::int64_t> old = old_entries(before, active_);
-  for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
-  anderson_.remap(old);
+  anderson_.remap(reactivate(std::move(more)));
 }
 
 void Alternation::shrink() {
   ColumnSets fewer = around(support(), 2);
   fewer.meet(sets_);
-  ActiveRows now = fewer.list();
-  if (static_cast<double>(now.size()) > kWorthShrinking * static_cast<double>(active_.size())) return;
-  const ActiveRows before = active_;
-  activate(std::move(fewer));
-  const std::vector<std::int64_t> old = old_entries(before, active_);
-  for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
+  const auto size = static_cast<double>(fewer.list().size());
+  if (size > kWorthShrinking * static_cast<double>(active_.size())) return;
+  reactivate(std::move(fewer));
   anderson_.forget();
 }
 
 Vector Alternation::active_part(const RowMatrix& W) const {
   Vector values(active_.size());
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
-    for (auto e = begin; e < end; ++e) values[e] = W(i, active_.column[static_cast<std::size_t>(e)]);
+    for (auto e = begin; e < end; ++e)
+      values[e] = W(i, active_.column[static_cast<std::size_t>(e)]);
   });
   return values;
 }
@@ -164,7 +166,8 @@ Vector Alternation::active_part(const RowMatrix& W) const {
 RowMatrix Alternation::full(const Vector& values) const {
   RowMatrix W = RowMatrix::Zero(free_.rows(), free_.columns());
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
-    for (auto e = begin; e < end; ++e) W(i, active_.column[static_cast<std::size_t>(e)]) = values[e];
+    for (auto e = begin; e < end; ++e)
+      W(i, active_.column[static_cast<std::size_t>(e)]) = values[e];
   });
   return W;
 }
@@ -209,14 +212,10 @@ bool Alternation::certify() {
   progress_.check();
   project(S_, Z_);
   split();
-  RowMatrix W = full(W_);
-  // Entries outside the active rows still have their linear term; those are active: zero.
+  RowMatrix W = full(W_);  // the linear term is zero outside the active rows, as S and Z are
   factor_.solve(W);
-  Vector inside = active_part(W);
-  ColumnSets missed(free_.rows(), free_.columns());
-  double outside = 0;
-  RowMatrix L(W.rows(), W.cols());
-  L = -(d_.asDiagonal() * W);
+  const Vector inside = active_part(W);
+  RowMatrix L = -(d_.asDiagonal() * W);
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
     for (auto e = begin; e < end; ++e) {
       L(i, active_.column[static_cast<std::size_t>(e)]) = d_[i] * (2 * Z_[e] - S_[e] - inside[e]);
@@ -224,6 +223,8 @@ bool Alternation::certify() {
   });
   // (Q + D) W = D (2Z - S) + R gives Q W - R without another product.
   lower_ = std::max(lower_, free_.lower_bound(W, L));
+  ColumnSets missed(free_.rows(), free_.columns());
+  double outside = 0;
   for (Eigen::Index i = 0; i < W.rows(); ++i) {
     for (int j = 0; j < W.cols(); ++j) {
       if (std::abs(W(i, j)) <= 0.5 * options_.tolerance || sets_.has(i, j)) continue;
@@ -235,11 +236,7 @@ bool Alternation::certify() {
   confirmed_ = 0;
   ColumnSets more = around(missed, 1);
   more.join(sets_);
-  const ActiveRows before = active_;
-  activate(std::move(more));
-  const std::vector<std::int64_t> old = old_entries(before, active_);
-  for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
-  anderson_.remap(old);
+  anderson_.remap(reactivate(std::move(more)));
   return false;
 }
 
@@ -250,7 +247,8 @@ double Alternation::distance(const Vector& A, const Vector& B) const {
         const auto at = static_cast<Eigen::Index>(begin);
         const auto count = static_cast<Eigen::Index>(end - begin);
         return ((A.segment(at, count) - B.segment(at, count)).array().square() *
-                weight_.segment(at, count).array()).sum();
+                weight_.segment(at, count).array())
+            .sum();
       },
       std::plus<>()));
 }

@@ -47,10 +47,12 @@ class Alternation {
   void for_rows(const Body& body) const;
   double distance(const Vector& A, const Vector& B) const;
 
-  /// The rows of each column that the support of Z asks for, `rings` beyond it.
+  /// The rows that columns with this support ask for, `rings` of Q's graph beyond it.
   ColumnSets around(const ColumnSets& support, int rings) const;
   ColumnSets support() const;
   void activate(ColumnSets sets);
+  /// Moves the iterate to new sets; returns the old numbers of the entries.
+  std::vector<std::int64_t> reactivate(ColumnSets sets);
   void grow();
   void shrink();
   Vector active_part(const RowMatrix& W) const;
@@ -68,12 +70,12 @@ class Alternation {
   const Progress& progress_;
   SparseFactor factor_;
   Anderson anderson_;
-  Vector d_;                    ///< (n) penalties
-  ColumnSets reach_, linear_;   ///< where columns may matter at all; where R is not zero
+  Vector d_;                   ///< (n) penalties
+  ColumnSets reach_, linear_;  ///< where columns may matter at all; where R is not zero
   ColumnSets sets_;
   ActiveRows active_;
-  Vector weight_, R_;           ///< of the active entries: penalty, linear term
-  std::vector<char> allowed_;   ///< of the active entries: in the support, or empty for all
+  Vector weight_, R_;          ///< of the active entries: penalty, linear term
+  std::vector<char> allowed_;  ///< of the active entries: in the support, or empty for all
   Vector S_, Z_, W_, F_, previous_, checked_;
   RowMatrix start_;
   double lower_ = -std::numeric_limits<double>::infinity();

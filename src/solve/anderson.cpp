@@ -69,14 +69,15 @@ void Anderson::advance(const Vector& weight, Vector& S, const Vector& F) {
   const Products products = parallel_reduce(
       static_cast<std::size_t>(S.size()), kEntriesPerBlock, Products(),
       [&](std::size_t from, std::size_t to) {
-        const auto at = static_cast<Eigen::Index>(from), count = static_cast<Eigen::Index>(to - from);
+        const auto at = static_cast<Eigen::Index>(from),
+                   count = static_cast<Eigen::Index>(to - from);
         Products sum;
         const Vector f = F.segment(at, count).cwiseProduct(weight.segment(at, count));
         sum.norm = f.dot(F.segment(at, count));
         if (!history) return sum;
         dF_[slot].segment(at, count) = F.segment(at, count) - previous_F_.segment(at, count);
-        dG_[slot].segment(at, count) = S.segment(at, count) - previous_S_.segment(at, count) +
-                                       dF_[slot].segment(at, count);
+        dG_[slot].segment(at, count) =
+            S.segment(at, count) - previous_S_.segment(at, count) + dF_[slot].segment(at, count);
         const Vector d = dF_[slot].segment(at, count).cwiseProduct(weight.segment(at, count));
         for (std::size_t a = 0; a < static_cast<std::size_t>(filled); ++a) {
           sum.newest[a] = dF_[a].segment(at, count).dot(d);

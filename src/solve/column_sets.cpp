@@ -8,7 +8,9 @@ constexpr std::size_t kRowsPerBlock = 256;
 }  // namespace
 
 ColumnSets::ColumnSets(Eigen::Index rows, int columns)
-    : rows_(rows), columns_(columns), words_(static_cast<std::size_t>(columns + 63) / 64),
+    : rows_(rows),
+      columns_(columns),
+      words_(static_cast<std::size_t>(columns + 63) / 64),
       bits_(static_cast<std::size_t>(rows) * words_, 0) {}
 
 ColumnSets::ColumnSets(const RowMatrix& W) : ColumnSets(W.rows(), static_cast<int>(W.cols())) {

@@ -117,7 +117,8 @@ SKINFIELD_INLINE void backward_chunks(const Panel& p, const double* below, const
   Four acc[kKernelRows][Count];
   const double* a[kKernelRows];
   const auto subtract_rows = [&](int j, int count, int from, int to, const double* rows,
-                            std::ptrdiff_t step, const int* where) __attribute__((always_inline)) {
+                                 std::ptrdiff_t step, const int* where)
+      __attribute__((always_inline)) {
     for (int r = 0; r < kKernelRows; ++r) {
       a[r] = p.L + static_cast<std::ptrdiff_t>(from) * w + j + std::min(r, count - 1);
     }
@@ -131,7 +132,7 @@ SKINFIELD_INLINE void backward_chunks(const Panel& p, const double* below, const
     const double* rows = below + static_cast<std::ptrdiff_t>(from - w) * Count * kChunk;
     for (int j = 0; j < w; j += kKernelRows) {
       subtract_rows(j, std::min(kKernelRows, w - j), from, std::min(from + kSlab, p.size), rows,
-               Count * kChunk, kPacked);
+                    Count * kChunk, kPacked);
     }
   }
   for (int end = w; end > 0;) {

@@ -14,8 +14,12 @@ class Solve {
  public:
   Solve(const SupernodalStructure& structure, const double* L, const ActiveRows& active,
         double* values)
-      : s_(structure), L_(L), active_(active), values_(values),
-        chunks_((active.columns + kChunk - 1) / kChunk), stride_(chunks_ * kChunk),
+      : s_(structure),
+        L_(L),
+        active_(active),
+        values_(values),
+        chunks_((active.columns + kChunk - 1) / kChunk),
+        stride_(chunks_ * kChunk),
         X_(std::make_unique_for_overwrite<double[]>(static_cast<std::size_t>(s_.spare.back()) *
                                                     static_cast<std::size_t>(stride_))) {}
 
@@ -99,7 +103,8 @@ class Solve {
 
   void clear(int k, int i) const {
     double* x = row(i);
-    for (int c = first_[static_cast<std::size_t>(k)]; c < first_[static_cast<std::size_t>(k) + 1]; ++c) {
+    for (int c = first_[static_cast<std::size_t>(k)]; c < first_[static_cast<std::size_t>(k) + 1];
+         ++c) {
       std::fill_n(x + at_[static_cast<std::size_t>(c)], kChunk, 0.0);
     }
   }
@@ -109,7 +114,8 @@ class Solve {
       clear(k, i);
       double* x = row(i);
       const auto [begin, end] = entries(i);
-      for (auto e = begin; e < end; ++e) x[active_.column[static_cast<std::size_t>(e)]] = values_[e];
+      for (auto e = begin; e < end; ++e)
+        x[active_.column[static_cast<std::size_t>(e)]] = values_[e];
     }
   }
 
@@ -117,7 +123,8 @@ class Solve {
     for (int i = node(k).first; i < node(k).first + node(k).width; ++i) {
       const double* x = row(i);
       const auto [begin, end] = entries(i);
-      for (auto e = begin; e < end; ++e) values_[e] = x[active_.column[static_cast<std::size_t>(e)]];
+      for (auto e = begin; e < end; ++e)
+        values_[e] = x[active_.column[static_cast<std::size_t>(e)]];
     }
   }
 
