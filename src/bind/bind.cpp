@@ -133,6 +133,14 @@ void describe_weights(const SkinWeights& weights, const Character& character, Bi
                                                   : std::to_string(c));
 }
 
+/// Does any vertex have more influences worth the name than it may keep?
+bool cuts_influences(const RowMatrix& W, const BindOptions& options) {
+  const double dust = std::max(options.prune, 1e-6);
+  for (Eigen::Index i = 0; i < W.rows(); ++i)
+    if ((W.row(i).array() > dust).count() > options.max_influences) return true;
+  return false;
+}
+
 }  // namespace
 
 std::string name_of(Rung rung) {
@@ -216,7 +224,8 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
     watch.lap("solve");
     own = solved->at_mesh(normals);
     watch.lap("evaluate");
-    if (options.max_influences > 0 && options.resolve) {
+    if (options.max_influences > 0 && options.resolve &&
+        cuts_influences(own.P * solved->nodal, options)) {
       solved->nodal =
           resolve_on_kept_support(*solved, own.P, options.max_influences, method, progress);
       watch.lap("resolve");
