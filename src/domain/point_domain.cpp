@@ -171,7 +171,10 @@ Interpolation PointDomain::at_mesh() const {
       rows.fill[i] = d.evaluation->evaluate(x, Vec3::Zero(), !d.solid->has_dirty(), rows.row[i]);
       return;
     }
-    rows.fill[i] = d.evaluation->evaluate(x, n, kind == Solid::PartKind::clean, rows.row[i]);
+    // A torn part's own normals are noise: tangent planes from them cost more than they correct.
+    const bool clean = kind == Solid::PartKind::clean;
+    rows.fill[i] =
+        d.evaluation->evaluate(x, clean ? n : d.evaluation->away_from_nodes(x), clean, rows.row[i]);
   });
   std::vector<int> wanted, holding;
   for (std::size_t i = 0; i < carried.size(); ++i)

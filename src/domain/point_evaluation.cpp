@@ -98,6 +98,20 @@ void PointEvaluation::around(int centre, const Vec3& x,
   shepard(row);
 }
 
+Vec3 PointEvaluation::away_from_nodes(const Vec3& x) const {
+  std::vector<Neighbour> found;
+  tree_.nearest(x, nearest_tried, found);
+  if (found.empty()) return Vec3::Zero();
+  const double reach = 1.01 * found.back().distance;
+  Vec3 sum = Vec3::Zero();
+  for (const Neighbour& n : found) {
+    if (!connected_[static_cast<std::size_t>(n.index)]) continue;
+    const double share = n.distance / reach;
+    sum += (1 - share * share) * (x - sites_[static_cast<std::size_t>(n.index)].x);
+  }
+  return sum.stableNormalized();
+}
+
 Fill PointEvaluation::evaluate(const Vec3& x, const Vec3& normal, bool clean,
                                std::vector<std::pair<int, double>>& row) const {
   std::vector<Neighbour> found;
@@ -148,6 +162,7 @@ Fill PointEvaluation::evaluate(const Vec3& x, const Vec3& normal, bool clean,
       }
   }
   around(unblocked, x, row);
+  if (!clean && normal.squaredNorm() > 0) correct_along_surface(x, normal, sites_, row);
   return clean || !inside ? Fill::hidden : Fill::none;
 }
 

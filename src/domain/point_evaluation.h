@@ -21,10 +21,14 @@ class PointEvaluation {
   PointEvaluation(const Solid& solid, const std::vector<Site>& sites, const KdTree& tree,
                   const SparseRows& K, const std::vector<char>& connected, double step);
 
-  /// The row of a point on or in the solid; `normal` outward (or zero) tells where inside is.
-  /// `clean`: the masked kernel may be used. False if no node can be found at all.
+  /// The row of a point on or in the solid; `normal` outward (or zero) tells where inside is and
+  /// along which plane the row is exact for linear functions. `clean`: the masked kernel may be
+  /// used.
   Fill evaluate(const Vec3& x, const Vec3& normal, bool clean,
                 std::vector<std::pair<int, double>>& row) const;
+
+  /// Unit vector at x away from the nodes around: a normal where triangles give none to rely on.
+  Vec3 away_from_nodes(const Vec3& x) const;
 
   /// The site from which x looks into the solid, if there is one.
   bool look_from(const Vec3& x, const Vec3& normal, Site& site) const;
