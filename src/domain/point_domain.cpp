@@ -14,6 +14,7 @@ namespace skinfield {
 namespace {
 
 constexpr double weak_level = 0.3;     // winding number at handles of ribbons and thin soups
+constexpr double mostly = 0.6;  // share of a soup's handle samples that half the median holds
 constexpr double surface_step = 1e-4;  // how far inside a surface point looks from, unit box
 
 /// Nodes whose component of K's graph holds a fixed row.
@@ -90,7 +91,7 @@ PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
   // A ribbon's winding number is weak and changes along the bones; a soup's is weak everywhere.
   const Solid::Facts& seen = solid->facts();
   if (!handles.empty() && !solid->has_clean() && seen.level < weak_level &&
-      seen.handle_samples_inside < 0.9 * seen.handle_samples)
+      seen.handle_samples_inside < mostly * seen.handle_samples)
     throw DomainError("the shape has no inside worth the name", {}, "use the surface as domain");
   lap("solid");
   progress("nodes", 0);

@@ -91,7 +91,7 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
   Vector sample_level(samples.rows());
   const double median = quantile(at_samples_, 0.5);
   for (Eigen::Index s = 0; s < samples.rows(); ++s)
-    sample_level[s] = std::min(1.0, std::max(at_samples_[s], 0.35 * median));
+    sample_level[s] = std::min(1.0, std::max(at_samples_[s], 0.5 * median));
   const KdTree tree(samples);
   const auto level_near = [&](const Vec3& x, std::vector<Neighbour>& found, double& distance) {
     tree.nearest(x, 8, found);
