@@ -13,8 +13,8 @@
 namespace skinfield {
 namespace {
 
-constexpr double weak_level = 0.3;     // winding number at handles of ribbons and thin soups
-constexpr double mostly = 0.6;  // share of a soup's handle samples that half the median holds
+constexpr double weak_level = 0.3;  // winding number at handles of ribbons and thin soups
+constexpr double mostly = 0.6;      // share of a soup's handle samples that half the median holds
 constexpr double surface_step = 1e-4;  // how far inside a surface point looks from, unit box
 
 /// Nodes whose component of K's graph holds a fixed row.
@@ -189,6 +189,10 @@ Interpolation PointDomain::at_mesh() const {
       held.row.push_back(rows.row[static_cast<std::size_t>(holding[k])]);
     }
     carry_passengers(V, N, X, XN, held, wanted, rows);
+    std::vector<int> component(rows.row.size());
+    for (std::size_t i = 0; i < component.size(); ++i)
+      component[i] = d.solid->component_of_vertex(static_cast<int>(i));
+    stiffen_floating(V, component, X, wanted, rows);
   }
   return {to_matrix(rows, d.nodes.X.rows()), std::move(rows.fill)};
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace skinfield {
 namespace {
@@ -199,6 +200,40 @@ void carry_passengers(const Points& from, const Points& from_normals, const Poin
     }
     result.fill[i] = Fill::passenger;
   });
+}
+
+void stiffen_floating(const Points& from, const std::vector<int>& component, const Points& X,
+                      const std::vector<int>& wanted, InterpolationRows& result) {
+  constexpr double clear = 0.05;  // of the piece's diagonal
+  constexpr std::size_t holds = 8;
+  std::map<int, std::vector<int>> pieces;
+  for (int v : wanted)
+    if (component[static_cast<std::size_t>(v)] >= 0)
+      pieces[component[static_cast<std::size_t>(v)]].push_back(v);
+  std::map<int, std::size_t> sizes;
+  for (int c : component) ++sizes[c];
+  const KdTree tree(X);
+  for (const auto& [c, vertices] : pieces) {
+    if (vertices.size() != sizes[c]) continue;
+    Points V(static_cast<Eigen::Index>(vertices.size()), 3);
+    std::vector<std::pair<double, int>> order;
+    std::vector<Neighbour> found;
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+      V.row(static_cast<Eigen::Index>(k)) = from.row(vertices[k]);
+      tree.nearest(from.row(vertices[k]).transpose(), 1, found);
+      order.emplace_back(found.empty() ? 0 : found.front().distance, vertices[k]);
+    }
+    std::sort(order.begin(), order.end());
+    if (order.front().first <= clear * diagonal(bounding_box(V))) continue;
+    std::vector<std::pair<int, double>> row;
+    for (std::size_t k = 0; k < std::min(holds, order.size()); ++k) {
+      const auto& from_row = result.row[static_cast<std::size_t>(order[k].second)];
+      double sum = 0;
+      for (const auto& [node, w] : from_row) sum += w;
+      for (const auto& [node, w] : from_row) row.emplace_back(node, w / sum);
+    }
+    for (int v : vertices) result.row[static_cast<std::size_t>(v)] = row;
+  }
 }
 
 SparseRows to_matrix(const InterpolationRows& rows, Eigen::Index nodes) {

@@ -50,6 +50,12 @@ void carry_passengers(const Points& from, const Points& from_normals, const Poin
                       const Points& N, const InterpolationRows& rows_of_X,
                       const std::vector<int>& wanted, InterpolationRows& result);
 
+/// Pieces that float clear of the solid X ride on it stiffly: all their vertices take the mean row
+/// of the ones nearest to it, lest a pad above a shoulder tear between arm and chest. A piece is
+/// `component` (of all vertices, -1: none) all of whose vertices are `wanted`.
+void stiffen_floating(const Points& from, const std::vector<int>& component, const Points& X,
+                      const std::vector<int>& wanted, InterpolationRows& result);
+
 /// Sums duplicates, drops dust, and makes rows sum to one.
 SparseRows to_matrix(const InterpolationRows& rows, Eigen::Index nodes);
 

@@ -39,6 +39,7 @@ struct Solid::Impl {
   Points V, N;
   Triangles F;                 // clean and dirty faces, without passengers
   std::vector<PartKind> kind;  // of each vertex
+  std::vector<int> component;  // of each vertex, -1 if on no face
   Triangles clean_F;
   std::vector<int> self_winding;  // k_f of clean faces
   std::optional<RayScene> scene;  // clean faces
@@ -113,6 +114,7 @@ Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions&
   Impl& s = *impl_;
   s.V = mesh.V;
   s.kind.assign(static_cast<std::size_t>(mesh.V.rows()), PartKind::dirty);
+  s.component.assign(s.kind.size(), -1);
   const Eigen::Index samples = handle_samples.rows();
   s.facts.handle_samples = static_cast<int>(samples);
 
@@ -150,7 +152,11 @@ Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions&
       const PartKind k =
           parts
               .kind[static_cast<std::size_t>(parts.component_of_face[static_cast<std::size_t>(f)])];
-      for (int c = 0; c < 3; ++c) s.kind[static_cast<std::size_t>(parts.F(f, c))] = k;
+      for (int c = 0; c < 3; ++c) {
+        const auto v = static_cast<std::size_t>(parts.F(f, c));
+        s.kind[v] = k;
+        s.component[v] = parts.component_of_face[static_cast<std::size_t>(f)];
+      }
       if (k == PartKind::passenger) continue;
       solid_rows.push_back(f);
       if (k == PartKind::clean) {
@@ -298,6 +304,9 @@ void Solid::reach(const Site& a, std::span<const Vec3> directions, std::span<dou
 
 Solid::PartKind Solid::kind_of_vertex(int vertex) const {
   return impl_->kind[static_cast<std::size_t>(vertex)];
+}
+int Solid::component_of_vertex(int vertex) const {
+  return impl_->component[static_cast<std::size_t>(vertex)];
 }
 bool Solid::has_clean() const { return impl_->clean.has_value(); }
 bool Solid::has_dirty() const { return impl_->dirty.has_value(); }

@@ -63,6 +63,8 @@ class Solid {
              std::span<unsigned char> hit) const;
 
   PartKind kind_of_vertex(int vertex) const;
+  /// The component of the surface that the vertex belongs to, -1 if none.
+  int component_of_vertex(int vertex) const;
   bool has_clean() const;
   bool has_dirty() const;
   /// The surface after repair and without passengers (the faces that bound the solid).
