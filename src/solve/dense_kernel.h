@@ -19,9 +19,9 @@ void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std
 struct Panel {
   const double* L;  ///< (size, width) row-major
   int width, size;
-  double* Y;        ///< the supernode's own rows of X
+  double* Y;  ///< the supernode's own rows of X
   double* X;
-  int stride;       ///< of the rows of X and Y
+  int stride;  ///< of the rows of X and Y
 };
 
 /// Y := L11^-1 Y, then X[target[r]] -= L21 Y, for `count` in 1..3 chunks of columns that begin at

@@ -16,7 +16,7 @@ struct Supernode {
   /// Where a forward solve puts the updates of `rows`: rows of the subtree themselves, rows above
   /// it in the subtree's own spare rows, so that subtrees run in parallel.
   std::vector<int> target;
-  std::size_t offset = 0;     ///< of the (width + rows) x width row-major panel in L's values
+  std::size_t offset = 0;  ///< of the (width + rows) x width row-major panel in L's values
   int size() const { return width + static_cast<int>(rows.size()); }
 };
 
@@ -28,7 +28,7 @@ struct SupernodalStructure {
   std::vector<int> top;       ///< the supernodes above them, ascending
   /// (subtrees + 1) first spare row of each, from n on: one for each of its root's `rows`.
   std::vector<int> spare;
-  std::size_t values = 0;     ///< entries of all panels
+  std::size_t values = 0;  ///< entries of all panels
 };
 
 /// A: symmetric pattern, both triangles stored. Approximate minimum degree ordering (Eigen's),
