@@ -130,7 +130,7 @@ def bind_case(case, options):
     row = dict(group=group, name=name, code=ran["code"], wall=ran["wall"], cpu=ran["cpu"],
                peak=ran["peak"])
     if ran["code"] != 0:
-        row["failure"] = last_line(ran["err"]) or f"exit {ran['code']}"
+        row["failure"] = (last_line(ran["err"]) or f"exit {ran['code']}").replace(str(path), name)
         return row
     try:
         report = json.loads(report_path.read_text())

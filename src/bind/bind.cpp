@@ -210,6 +210,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
     method.tolerance = options.tolerance;
     method.max_iterations = options.iterations;
     method.time_limit_s = options.time_limit_s;
+    method.penalties_from_stiffness = !solved->points;
     apply_start(conditions, *solved, method);
     if (!solved->points) method.paint = paint_on_nodes(conditions, *solved->domain);
     BoundedBiharmonicResult weights = bounded_biharmonic(

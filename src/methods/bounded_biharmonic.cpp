@@ -216,6 +216,7 @@ BoundedBiharmonicResult bounded_biharmonic(const BoundedBiharmonicProblem& probl
       }
     }
     program.Q = biharmonic(program.K, program.M);
+    if (!options.penalties_from_stiffness) program.K.resize(0, 0);
     SimplexSolution solution = solve_simplex_qp(program, simplex, progress);
     result.stats = solution.stats;
     for (Eigen::Index t = 0; t < open; ++t) {

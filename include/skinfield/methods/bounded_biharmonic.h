@@ -22,6 +22,9 @@ struct BoundedBiharmonicOptions {
   RowMatrix start;          ///< (N,m) warm start and the values of locked columns, or empty
   std::vector<int> locked;  ///< columns kept from `start`
   FixedRows paint;          ///< more fixed rows; they win over the problem's
+  /// Local penalties from K (meshes: slivers and cells of all sizes) or from Q alone (point
+  /// domains: well-shaped cells, a third fewer iterations).
+  bool penalties_from_stiffness = true;
   /// (N) lists of the columns a node may use, or empty for all (see support.h).
   std::vector<std::vector<int>> support;
 };
