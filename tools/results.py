@@ -214,7 +214,9 @@ def fork_section(options):
 
 
 def soup_section(options):
-    """The hand with faces removed and corners moved, against the clean result at the same size."""
+    """The hand with faces removed and corners moved: the torn hand's weights carried to the clean
+    surface, against the clean result there; its own rows are judged for validity alone, since its
+    vertices have moved."""
     surface = options.out / "hand.obj"
     judge.hand_surface(options.data, surface)
     skeleton = options.data / "fem" / "hand.tgf"
@@ -229,15 +231,20 @@ def soup_section(options):
     def one(task):
         removed, jitter, seed = task
         mesh = options.out / f"soup-{removed:g}-{seed}.obj"
-        moved, faces, source = judge.torn(V, F, removed, jitter, seed)
-        judge.write_obj(mesh, moved, faces)
+        corners, faces, _ = judge.torn(V, F, removed, jitter, seed)
+        judge.write_obj(mesh, corners, faces)
         W, ran = weights_of(options, mesh, skeleton, mesh.with_suffix(".npz"), "--nodes", 8000)
         row = dict(removed=removed, jitter=jitter, seed=seed, wall=ran["wall"])
         if W is None:
             row["failure"] = last_line(ran["err"])
         else:
             _, error, negative, broken, empty = judge.row_faults(W)
-            d = judge.row_distances(W, clean[source])
+            carried = mesh.with_name(mesh.stem + "-carried.npz")
+            moved = run([options.program, "transfer", mesh, surface, "--skeleton", skeleton, "-o",
+                         carried, "--nodes", 8000, "--quiet"])
+            if moved["code"] != 0:
+                return dict(row, failure=last_line(moved["err"]))
+            d = judge.row_distances(judge.read_npz(carried), clean)
             row.update(valid=error <= 1e-6 and negative + broken + empty == 0, tv=float(d.mean()),
                        p99=float(np.quantile(d, .99)), worst=float(d.max()))
         return row

@@ -132,7 +132,8 @@ def soup_part(rows):
                       f"{max(r['worst'] for r in good):.2f}"])
     return ["## The hand torn to a soup\n",
             "Faces removed at random and the corners of the rest moved on their own (Gaussian, "
-            "share of the diagonal), five seeds, 8,000 nodes, against the clean hand's weights.\n",
+            "share of the box's largest side), five seeds, 8,000 nodes. The torn hand's weights, "
+            "carried to the clean surface, against the clean hand's own.\n",
             table(["removed", "jitter", "valid", "TV", "99%", "worst 99%", "max"], cells)]
 
 

@@ -14,7 +14,7 @@ namespace {
 struct Options {
   std::string source, target, output, quality = "normal";
   SkeletonOptions skeleton;
-  int max_influences = -1;
+  int nodes = 0, max_influences = -1;
   std::uint64_t seed = 0;
 };
 
@@ -34,7 +34,10 @@ void run(const Options& o, const Common& common) {
   if (source.characters.size() != 1 || target.characters.size() != 1)
     throw UsageError("transfer takes files of one character each (use --only MESH for the source)");
   BindOptions options;
-  options.nodes = o.quality == "draft" ? 2000 : o.quality == "high" ? 64000 : 16000;
+  options.nodes = o.nodes > 0            ? o.nodes
+                  : o.quality == "draft" ? 2000
+                  : o.quality == "high"  ? 64000
+                                         : 16000;
   options.seed = o.seed;
   options.max_influences = o.max_influences >= 0 ? o.max_influences : gltf ? 4 : 0;
   options.prune = gltf ? 1e-4 : 0;
@@ -68,6 +71,8 @@ void add_transfer(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*
   verb->add_option("--quality", o->quality, "2000, 16000 or 64000 nodes")
       ->check(CLI::IsMember({"draft", "normal", "high"}))
       ->capture_default_str();
+  verb->add_option("--nodes", o->nodes, "Nodes, instead of --quality")
+      ->check(CLI::Range(50, 4000000));
   verb->add_option("--max-influences", o->max_influences,
                    "Influences a vertex (0: all) [4 for glTF, 0 for matrices]")
       ->check(number(0, 100000));
