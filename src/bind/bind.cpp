@@ -210,8 +210,9 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
     method.tolerance = options.tolerance;
     method.max_iterations = options.iterations;
     method.time_limit_s = options.time_limit_s;
-    method.penalties_from_stiffness = !solved->points;
     apply_start(conditions, *solved, method);
+    // A given start may be far from the optimum, where only the local penalties converge.
+    method.penalties_from_stiffness = !solved->points || method.start.size() > 0;
     if (!solved->points) method.paint = paint_on_nodes(conditions, *solved->domain);
     BoundedBiharmonicResult weights = bounded_biharmonic(
         {solved->domain->stiffness(), solved->domain->mass(), solved->domain->fixed()}, method,
