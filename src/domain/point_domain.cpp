@@ -3,10 +3,10 @@
 #include "domain/kd_tree.h"
 #include "domain/point_evaluation.h"
 #include "domain/point_sampling.h"
+#include "domain/stage_clock.h"
 #include "domain/voronoi_cells.h"
 #include "skinfield/base/parallel.h"
 
-#include <chrono>
 #include <cmath>
 #include <optional>
 
@@ -72,13 +72,7 @@ struct PointDomain::Impl {
 PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
                         const PointDomainOptions& options, const PaintedPoints& paint,
                         const Progress& progress) {
-  using Clock = std::chrono::steady_clock;
-  auto start = Clock::now();
-  const auto lap = [&](const char* stage) {
-    const auto now = Clock::now();
-    facts.seconds[stage] += std::chrono::duration<double>(now - start).count();
-    start = now;
-  };
+  StageClock clock(facts.seconds);
   progress("solid", 0);
   // A first guess of the node distance: shapes fill about a tenth of their box.
   const Box3 box = bounding_box(mesh.V);
@@ -95,19 +89,19 @@ PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
   if (!handles.empty() && !solid->has_clean() && seen.level < weak_level &&
       seen.handle_samples_inside < (torn ? mostly_of_soup : mostly) * seen.handle_samples)
     throw DomainError("the shape has no inside worth the name", {}, "use the surface as domain");
-  lap("solid");
+  clock.lap("solid");
   progress("nodes", 0);
   nodes = sample_nodes(*solid, handles, paint, options, facts, progress);
   tree.emplace(nodes.X);
-  start = Clock::now();
+  clock.restart();
   progress("neighbours", 0);
   const auto neighbours =
       visible_neighbours(*solid, nodes, *tree, options.candidates, options.neighbours, progress);
-  lap("neighbours");
+  clock.lap("neighbours");
   progress("cells", 0);
   cells = voronoi_cells(*solid, nodes, neighbours, options.directions, options.seed, progress);
   facts.rays = cells.rays;
-  lap("cells");
+  clock.lap("cells");
 
   fixed.weights = nodes.fixed.weights;
   for (int i = 0; i < fixed.weights.rows(); ++i) fixed.node.push_back(i);

@@ -1,13 +1,15 @@
 #include "domain/point_sampling.h"
 
+#include "domain/disk_grid.h"
+#include "domain/fixed_node_list.h"
 #include "domain/interior_cells.h"
 #include "domain/kd_tree.h"
+#include "domain/stage_clock.h"
 #include "skinfield/base/parallel.h"
 #include "skinfield/base/random.h"
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -22,88 +24,6 @@ constexpr double pool_per_node = 10;    // candidates a node
 constexpr double clash = 0.3;           // of h: samples of different handles are farther apart
 constexpr int cell_depth = 6;
 constexpr int cell_tests = 8;
-
-/// A hash grid of spheres, one level a power of two of the radius. The size field changes slowly,
-/// so that only neighbouring levels can conflict.
-class DiskGrid {
- public:
-  DiskGrid(double smallest, std::size_t expected)
-      : smallest_(smallest), table_(std::bit_ceil(8 * expected + 64), Slot{0, -1}) {}
-
-  bool conflicts(const Vec3& x, double radius, double handle_factor) const {
-    const int own = level(radius);
-    for (int l : {own, own - 1, own + 1}) {
-      if (l < 0) continue;
-      const double side = smallest_ * std::exp2(l + 1);
-      const double search = 0.5 * (radius + side);  // side: the largest radius of the level
-      int low[3], high[3];
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = static_cast<int>(std::floor((x[axis] - search) / side));
-        high[axis] = static_cast<int>(std::floor((x[axis] + search) / side));
-      }
-      for (int k = low[2]; k <= high[2]; ++k)
-        for (int j = low[1]; j <= high[1]; ++j)
-          for (int i = low[0]; i <= high[0]; ++i)
-            for (int d = table_[slot(key(l, i, j, k))].head; d >= 0;
-                 d = disks_[static_cast<std::size_t>(d)].next) {
-              const Disk& other = disks_[static_cast<std::size_t>(d)];
-              const double apart =
-                  0.5 * (radius + other.radius) * (other.handle ? handle_factor : 1);
-              if ((other.x - x).squaredNorm() < apart * apart) return true;
-            }
-    }
-    return false;
-  }
-
-  void add(const Vec3& x, double radius, bool handle) {
-    if (4 * disks_.size() > table_.size()) grow();
-    const int l = level(radius);
-    const double side = smallest_ * std::exp2(l + 1);
-    int c[3];
-    for (int axis = 0; axis < 3; ++axis) c[axis] = static_cast<int>(std::floor(x[axis] / side));
-    Slot& cell = table_[slot(key(l, c[0], c[1], c[2]))];
-    cell.key = key(l, c[0], c[1], c[2]);
-    disks_.push_back({x, radius, handle, cell.head});
-    cell.head = static_cast<int>(disks_.size()) - 1;
-  }
-
- private:
-  struct Disk {
-    Vec3 x;
-    double radius;
-    bool handle;
-    int next;  // in the same cell
-  };
-  struct Slot {
-    std::uint64_t key;
-    int head;  // -1: free
-  };
-  int level(double radius) const {
-    return std::max(0, static_cast<int>(std::floor(std::log2(radius / smallest_ + 1e-9))));
-  }
-  static std::uint64_t key(int l, int i, int j, int k) {
-    const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 17)) & 0x3ffff; };
-    return (static_cast<std::uint64_t>(l) << 54) | (part(i) << 36) | (part(j) << 18) | part(k);
-  }
-  /// The key's slot, or the free one where it would go (linear probing).
-  std::size_t slot(std::uint64_t key) const {
-    std::uint64_t h = key * 0x9E3779B97F4A7C15ull;
-    h ^= h >> 32;
-    const std::size_t mask = table_.size() - 1;
-    std::size_t s = static_cast<std::size_t>(h) & mask;
-    while (table_[s].head >= 0 && table_[s].key != key) s = (s + 1) & mask;
-    return s;
-  }
-  void grow() {
-    std::vector<Slot> old = std::move(table_);
-    table_.assign(2 * old.size(), Slot{0, -1});
-    for (const Slot& s : old)
-      if (s.head >= 0) table_[slot(s.key)] = s;
-  }
-  double smallest_;
-  std::vector<Slot> table_;
-  std::vector<Disk> disks_;
-};
 
 /// Candidates inside the shape with density ~ h^-3, in a random order.
 Points draw_pool(const Solid& solid, const std::vector<InteriorCell>& cells, const SizeField& size,
@@ -229,76 +149,6 @@ SizeField size_field(const Solid& solid, const std::vector<Handle>& handles, dou
   return {std::move(Y), Eigen::Map<Vector>(base.data(), static_cast<Eigen::Index>(base.size())),
           0.3};
 }
-
-/// Distinct positions and what is prescribed there. Positions within 1e-6 of the box diagonal are
-/// the same (design.md 4).
-class FixedNodeList {
- public:
-  /// A handle's point; where it stands already, the handles share it. Handles come before paint.
-  void add(const Vec3& x, int handle) {
-    Entry* known = find(x);
-    if (!known)
-      insert({x, {handle}, {}});
-    else if (known->handles.back() != handle)
-      known->handles.push_back(handle);
-  }
-  /// Paint wins over handles.
-  void paint(const Vec3& x, const Vector& weights) {
-    if (Entry* known = find(x))
-      known->painted = weights;
-    else
-      insert({x, {}, weights});
-  }
-
-  FixedNodes nodes(Eigen::Index columns) const {
-    FixedNodes result;
-    const auto n = static_cast<Eigen::Index>(entries_.size());
-    result.X.resize(n, 3);
-    result.weights = RowMatrix::Zero(n, columns);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Entry& e = entries_[static_cast<std::size_t>(i)];
-      result.X.row(i) = e.x.transpose();
-      if (e.painted.size() > 0)
-        result.weights.row(i) = e.painted.transpose();
-      else
-        for (int h : e.handles) result.weights(i, h) = 1.0 / static_cast<double>(e.handles.size());
-    }
-    return result;
-  }
-
- private:
-  struct Entry {
-    Vec3 x;
-    std::vector<int> handles;
-    Vector painted;
-  };
-  static constexpr double tolerance = 1e-6 * 1.7320508;
-  static std::uint64_t key(const Vec3& x, int neighbour) {
-    const int d[3] = {neighbour % 3 - 1, neighbour / 3 % 3 - 1, neighbour / 9 - 1};
-    std::uint64_t k = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      k = k << 21 | (static_cast<std::uint64_t>(
-                         static_cast<std::int64_t>(std::floor(x[axis] / (4 * tolerance))) +
-                         d[axis] + (1 << 20)) &
-                     0x1fffff);
-    return k;
-  }
-  Entry* find(const Vec3& x) {
-    for (int d = 0; d < 27; ++d) {
-      const auto cell = cells_.find(key(x, d));
-      if (cell == cells_.end()) continue;
-      for (std::size_t i : cell->second)
-        if ((entries_[i].x - x).norm() <= tolerance) return &entries_[i];
-    }
-    return nullptr;
-  }
-  void insert(Entry entry) {
-    cells_[key(entry.x, 13)].push_back(entries_.size());
-    entries_.push_back(std::move(entry));
-  }
-  std::vector<Entry> entries_;
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> cells_;
-};
 
 struct HandleSample {
   Vec3 x;
@@ -469,30 +319,24 @@ Points probe_handles(const std::vector<Handle>& handles, double spacing) {
 SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles,
                           const PaintedPoints& paint, const PointDomainOptions& options,
                           PointDomainFacts& facts, const Progress& progress) {
-  using Clock = std::chrono::steady_clock;
-  auto start = Clock::now();
-  const auto lap = [&](const char* stage) {
-    const auto now = Clock::now();
-    facts.seconds[stage] += std::chrono::duration<double>(now - start).count();
-    start = now;
-  };
+  StageClock clock(facts.seconds);
   const auto cells = interior_cells(solid, cell_depth, cell_tests, options.seed, progress);
   SampledNodes result;
   for (const InteriorCell& c : cells) result.volume += std::pow(2 * c.half, 3) * c.share;
   if (!(result.volume > 0))
     throw DomainError("the shape encloses no volume", {}, "use the surface as domain");
-  lap("cells_inside");
+  clock.lap("cells_inside");
 
   const double mean = std::cbrt(result.volume / options.nodes);
   SizeField size = size_field(solid, handles, mean, options.adaptive);
   if (options.adaptive) scale_to(options.nodes, cells, 0.3 * mean, 2 * mean, size);
-  lap("size_field");
+  clock.lap("size_field");
   result.fixed = fixed_nodes(solid, handles, paint, size, options.handle_spacing);
   if (result.fixed.X.rows() == 0)
     throw DomainError("no handle has a part inside the shape", {}, "use the surface as domain");
   std::vector<Site> pool_sites;
   const Points pool = draw_pool(solid, cells, size, options.seed, pool_sites, progress);
-  lap("candidates");
+  clock.lap("candidates");
 
   std::vector<int> kept = throw_darts(pool, result.fixed.X, size, progress);
   // Darts pack a little more or less densely than the integral foresees: once more, to measure.
@@ -508,12 +352,12 @@ SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles
   result.X.topRows(first) = result.fixed.X;
   for (std::size_t k = 0; k < kept.size(); ++k)
     result.X.row(first + static_cast<Eigen::Index>(k)) = pool.row(kept[k]);
-  lap("darts");
+  clock.lap("darts");
 
   result.sites = solid.sites(result.X);
   for (int step = 0; step < options.lloyd_steps; ++step)
     lloyd(solid, pool, result.X, result.sites, first, progress);
-  lap("lloyd");
+  clock.lap("lloyd");
   result.spacing.resize(result.X.rows());
   parallel_for(static_cast<std::size_t>(result.X.rows()), 64, [&](std::size_t i) {
     const auto row = static_cast<Eigen::Index>(i);
