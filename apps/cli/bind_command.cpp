@@ -18,12 +18,14 @@ namespace skinfield::cli {
 namespace {
 
 struct Options {
-  std::string input, output, method = "auto", domain = "auto", quality = "normal", symmetry = "off";
+  std::string input, output, method = "auto", solver = "auto", domain = "auto";
+  std::string quality = "normal", symmetry = "off";
   std::string paint, weights_in, lock, report, weights_out;
   SkeletonOptions skeleton;
   int nodes = 0, iterations = 500, max_influences = -1;
   double tolerance = 1e-3, time_limit = 0, prune = -1;
   std::uint64_t seed = 0;
+  std::set<std::string> given;  ///< names of the options on the command line
 };
 
 bool is_gltf(const std::string& path) {
@@ -37,8 +39,60 @@ void check_output(const std::string& path) {
     throw UsageError(path + ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
 }
 
+const MethodFacts& chosen_method(const Options& o) {
+  for (const MethodFacts& facts : methods())
+    if (facts.name == o.method) return facts;
+  return methods().front();  // auto
+}
+
+/// "auto" and the names, for CLI11's check.
+std::vector<std::string> method_names() {
+  std::vector<std::string> names{"auto"};
+  for (const MethodFacts& facts : methods()) names.emplace_back(facts.name);
+  return names;
+}
+
+std::set<std::string> solver_names() {
+  std::set<std::string> names{"auto"};
+  for (const MethodFacts& facts : methods())
+    for (const Solver solver : facts.solvers) names.emplace(name_of(solver));
+  return names;
+}
+
+std::string method_help() {
+  std::string text = "Kind of weights";
+  for (const MethodFacts& facts : methods())
+    text += fmt::format("{} {}: {}", text.ends_with("weights") ? "." : ";", facts.name,
+                        facts.description);
+  return text + ". auto = bbw";
+}
+
+/// Options that the method has no use for are refused, not ignored.
+void check_method_options(const Options& o) {
+  const MethodFacts& facts = chosen_method(o);
+  const auto refuse = [&](bool useful, const std::vector<std::string>& names, const char* why) {
+    for (const std::string& name : names)
+      if (!useful && o.given.contains(name))
+        throw UsageError(fmt::format("{}: --method {} {} (leave it out)", name, facts.name, why));
+  };
+  refuse(facts.iterates, {"--tolerance", "--iterations", "--time-limit"}, "is solved directly");
+  refuse(facts.on_domain, {"--nodes", "--quality", "--seed"}, "has no nodes but the vertices");
+  refuse(!facts.solvers.empty(), {"--solver"}, "has only one solver");
+  if (o.solver == "auto") return;
+  std::string choices;
+  for (const Solver solver : facts.solvers) {
+    if (name_of(solver) == o.solver) return;
+    choices += (choices.empty() ? "" : ", ") + std::string(name_of(solver));
+  }
+  throw UsageError(fmt::format("--solver {}: --method {} has {}", o.solver, facts.name, choices));
+}
+
 BindOptions bind_options(const Options& o) {
   BindOptions options;
+  const MethodFacts& facts = chosen_method(o);
+  options.method = facts.method;
+  for (const Solver solver : facts.solvers)
+    if (name_of(solver) == o.solver) options.solver = solver;
   options.domain = o.domain == "points" ? BindOptions::DomainKind::points
                    : o.domain == "tris" ? BindOptions::DomainKind::surface
                                         : BindOptions::DomainKind::automatic;
@@ -60,25 +114,35 @@ BindOptions bind_options(const Options& o) {
 }
 
 std::map<std::string, std::string> described(const Options& o, const BindOptions& b) {
-  return {{"domain", o.domain},
-          {"quality", o.quality},
-          {"nodes", std::to_string(b.nodes)},
-          {"tolerance", fmt::format("{:g}", b.tolerance)},
-          {"iterations", std::to_string(b.iterations)},
-          {"time_limit_s", fmt::format("{:g}", b.time_limit_s)},
-          {"max_influences", std::to_string(b.max_influences)},
-          {"prune", fmt::format("{:g}", b.prune)},
-          {"symmetry", o.symmetry},
-          {"joints", o.skeleton.joints},
-          {"exclude", o.skeleton.exclude},
-          {"leaf", o.skeleton.leaf},
-          {"up", o.skeleton.up},
-          {"scale", fmt::format("{:g}", o.skeleton.scale)},
-          {"skeleton", o.skeleton.skeleton},
-          {"only", o.skeleton.only},
-          {"paint", o.paint},
-          {"weights_in", o.weights_in},
-          {"lock", o.lock}};
+  std::map<std::string, std::string> all{{"domain", o.domain},
+                                         {"max_influences", std::to_string(b.max_influences)},
+                                         {"prune", fmt::format("{:g}", b.prune)},
+                                         {"symmetry", o.symmetry},
+                                         {"joints", o.skeleton.joints},
+                                         {"exclude", o.skeleton.exclude},
+                                         {"leaf", o.skeleton.leaf},
+                                         {"up", o.skeleton.up},
+                                         {"scale", fmt::format("{:g}", o.skeleton.scale)},
+                                         {"skeleton", o.skeleton.skeleton},
+                                         {"only", o.skeleton.only},
+                                         {"paint", o.paint},
+                                         {"weights_in", o.weights_in},
+                                         {"lock", o.lock}};
+  const MethodFacts& facts = facts_of(b.method);
+  if (facts.on_domain) {
+    all["quality"] = o.quality;
+    all["nodes"] = std::to_string(b.nodes);
+  }
+  if (facts.iterates) {
+    all["tolerance"] = fmt::format("{:g}", b.tolerance);
+    all["iterations"] = std::to_string(b.iterations);
+    all["time_limit_s"] = fmt::format("{:g}", b.time_limit_s);
+  }
+  if (!facts.solvers.empty()) {
+    const Solver solver = b.solver == Solver::automatic ? facts.solvers.front() : b.solver;
+    all["solver"] = name_of(solver);
+  }
+  return all;
 }
 
 /// Weights, paint and locks given as files; they are for a single character.
@@ -115,10 +179,24 @@ BindResult bind_naming_file(const std::string& path, const Character& character,
                             const BindOptions& options, const Progress& progress) {
   try {
     return bind(character, options, progress);
+  } catch (const OptionError& error) {
+    throw UsageError(fmt::format("{}: {} ({})", path, error.message(), error.remedy()));
   } catch (const InputError& error) {
     throw InputError(error.message(), error.where().empty() ? path : path + ": " + error.where(),
                      error.remedy());
   }
+}
+
+/// One line about a character that was bound.
+std::string summary(const std::string& name, const BindReport& r, const BindOptions& options) {
+  const MethodFacts& facts = facts_of(options.method);
+  const std::string quality =
+      facts.iterates ? fmt::format("largest change {:.1e}, certified gap {:.1e}",
+                                   r.solve.largest_change, r.solve.relative_gap)
+                     : fmt::format("{}, clamped mass {:.1e} on average, {:.1e} at most", facts.name,
+                                   r.clamped_mass_mean, r.clamped_mass_max);
+  return fmt::format("{}: {} vertices, {} handles, {} on {} nodes; {}", name, r.rows, r.handles,
+                     name_of(r.rung), r.nodes, quality);
 }
 
 std::string format_output(const Asset& asset, const std::vector<SkinWeights>& weights,
@@ -140,6 +218,7 @@ std::string format_output(const Asset& asset, const std::vector<SkinWeights>& we
 void run(const Options& o, const Common& common) {
   const auto start = std::chrono::steady_clock::now();
   const double cpu = process_cpu_seconds();
+  check_method_options(o);
   check_output(o.output);
   if (!o.weights_out.empty()) {
     check_output(o.weights_out);
@@ -166,11 +245,7 @@ void run(const Options& o, const Common& common) {
     BindResult result = bind_naming_file(o.input, character, options, progress);
     for (const std::string& w : result.report.warnings) warn(w);
     const BindReport& r = result.report;
-    notes.push_back(
-        fmt::format("{}: {} vertices, {} handles, {} on {} nodes; largest change "
-                    "{:.1e}, certified gap {:.1e}",
-                    character.name.empty() ? o.input : character.name, r.rows, r.handles,
-                    name_of(r.rung), r.nodes, r.solve.largest_change, r.solve.relative_gap));
+    notes.push_back(summary(character.name.empty() ? o.input : character.name, r, options));
     if (common.verbose)
       for (const auto& [stage, seconds] : r.seconds)
         notes.push_back(fmt::format("  {:24} {:.3f} s", stage, seconds));
@@ -183,6 +258,7 @@ void run(const Options& o, const Common& common) {
   ReportContext context;
   context.input_path = o.input;
   context.output_path = o.output;
+  context.method = chosen_method(o).method;
   context.profile = link_profile();
   context.threads = thread_count();
   context.options = described(o, bind_options(o));
@@ -209,8 +285,11 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("-o,--output", o->output, "Rigged .glb/.gltf, or weights .npz .npy .dmat .csv")
       ->required();
   o->skeleton.add_to(*verb);
-  verb->add_option("--method", o->method, "Kind of weights: bbw = bounded biharmonic")
-      ->check(CLI::IsMember({"auto", "bbw"}))
+  verb->add_option("--method", o->method, method_help())
+      ->check(CLI::IsMember(method_names()))
+      ->capture_default_str();
+  verb->add_option("--solver", o->solver, "How it is solved: auto, or primal for bbw")
+      ->check(CLI::IsMember(solver_names()))
       ->capture_default_str();
   verb->add_option("--domain", o->domain, "points: inside the shape; tris: on its surface")
       ->check(CLI::IsMember({"auto", "points", "tris"}))
@@ -245,7 +324,11 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--report", o->report, "Write the report: FILE.json");
   verb->add_flag("--json", common.json, "Print the report to stdout");
   verb->add_option("--weights", o->weights_out, "Also write the weight matrix");
-  verbs.emplace_back(verb, [o, &common] { run(*o, common); });
+  verbs.emplace_back(verb, [o, verb, &common] {
+    for (const CLI::Option* option : verb->get_options())
+      if (option->count() > 0) o->given.insert(option->get_name());
+    run(*o, common);
+  });
 }
 
 }  // namespace skinfield::cli

@@ -1,12 +1,11 @@
 #include "skinfield/bind/bind.h"
 
 #include "bind/conditions.h"
+#include "bind/solve_method.h"
 #include "bind/solved_domain.h"
 #include "skinfield/bind/report.h"
 #include "skinfield/domain/surface_domain.h"
 #include "skinfield/geometry/normals.h"
-#include "skinfield/methods/bounded_biharmonic.h"
-#include "skinfield/methods/support.h"
 #include "skinfield/weights/operations.h"
 #include "skinfield/weights/statistics.h"
 
@@ -133,6 +132,14 @@ void describe_weights(const SkinWeights& weights, const Character& character, Bi
                                                   : std::to_string(c));
 }
 
+/// @param raw weights of the vertices as a method without bounds gives them.
+void describe_clamping(const RowMatrix& raw, BindReport& report) {
+  if (raw.rows() == 0) return;
+  const Vector below = (-raw).cwiseMax(0.0).rowwise().sum();
+  report.clamped_mass_mean = below.mean();
+  report.clamped_mass_max = below.maxCoeff();
+}
+
 /// Does any vertex have more influences worth the name than it may keep?
 bool cuts_influences(const RowMatrix& W, const BindOptions& options) {
   const double dust = std::max(options.prune, 1e-6);
@@ -159,6 +166,7 @@ std::string name_of(Rung rung) {
 
 BindResult bind(const Character& character, const BindOptions& options, const Progress& progress) {
   check_input(character, options);
+  check_method(options, character.name);
   BindResult result;
   BindReport& report = result.report;
   Stopwatch watch(report);
@@ -206,30 +214,22 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
   Interpolation own;
   if (solved->domain) {
     progress("solve", 0);
-    BoundedBiharmonicOptions method;
-    method.tolerance = options.tolerance;
-    method.max_iterations = options.iterations;
-    method.time_limit_s = options.time_limit_s;
-    apply_start(conditions, *solved, method);
-    // A given start may be far from the optimum, where only the local penalties converge.
-    method.penalties_from_stiffness = !solved->points || method.start.size() > 0;
-    if (!solved->points) method.paint = paint_on_nodes(conditions, *solved->domain);
-    BoundedBiharmonicResult weights = bounded_biharmonic(
-        {solved->domain->stiffness(), solved->domain->mass(), solved->domain->fixed()}, method,
-        progress);
+    MethodSolution weights = solve_method(*solved, conditions, options, progress);
     report.solve = weights.stats;
-    solved->nodal = std::move(weights.W);
-    // Energies are in file units: 1/2 tr(W' K M^-1 K W) scales as length^(d-4) in d dimensions.
-    const double scale = std::pow(solved->scaled.box.scale, solved->rung == Rung::volume ? 1 : 2);
+    solved->nodal = std::move(weights.nodal);
+    // Energies are in file units.
+    const int dimension = solved->rung == Rung::volume ? 3 : 2;
+    const double scale = std::pow(solved->scaled.box.scale, 2 * weights.derivative - dimension);
     report.solve.energy *= scale;
     report.solve.lower_bound *= scale;
     watch.lap("solve");
     own = solved->at_mesh(normals);
+    if (weights.raw.rows() > 0) describe_clamping(own.P * weights.raw, report);
     watch.lap("evaluate");
     if (options.max_influences > 0 && options.resolve &&
         cuts_influences(own.P * solved->nodal, options)) {
-      solved->nodal =
-          resolve_on_kept_support(*solved, own.P, options.max_influences, method, progress);
+      RowMatrix again = resolve_method(*solved, own.P, conditions, options, progress);
+      if (again.rows() > 0) solved->nodal = std::move(again);
       watch.lap("resolve");
     }
   }

@@ -101,13 +101,12 @@ Conditions conditions_for(const Character& character, const BindOptions& options
   return conditions;
 }
 
-void apply_start(const Conditions& conditions, const SolvedDomain& solved,
-                 BoundedBiharmonicOptions& method) {
-  if (conditions.start.rows() == 0) return;
+RowMatrix start_on_nodes(const Conditions& conditions, const SolvedDomain& solved) {
+  if (conditions.start.rows() == 0) return {};
   // Points take from the vertices that they see; a surface's nodes are the vertices.
   RowMatrix start =
       solved.points ? RowMatrix(solved.points->from_mesh() * conditions.start) : conditions.start;
-  if (start.rows() != solved.domain->nodes().rows()) return;
+  if (start.rows() != solved.domain->nodes().rows()) return {};
   for (Eigen::Index i = 0; i < start.rows(); ++i) {
     const double sum = start.row(i).sum();
     if (sum > 0)
@@ -115,8 +114,7 @@ void apply_start(const Conditions& conditions, const SolvedDomain& solved,
     else
       start.row(i).setConstant(1.0 / static_cast<double>(start.cols()));
   }
-  method.start = std::move(start);
-  method.locked = conditions.locked;
+  return start;
 }
 
 std::vector<Handle> handles_of_paint(const Conditions& conditions, const SolvedDomain& solved) {

@@ -18,9 +18,9 @@ struct Conditions {
 Conditions conditions_for(const Character& character, const BindOptions& options,
                           const SolvedDomain& solved);
 
-/// Warm start and locks on the domain's nodes.
-void apply_start(const Conditions& conditions, const SolvedDomain& solved,
-                 BoundedBiharmonicOptions& method);
+/// The given weights on the domain's nodes (N, handles); empty without any, or where they cannot
+/// be brought there.
+RowMatrix start_on_nodes(const Conditions& conditions, const SolvedDomain& solved);
 
 /// Paint alone: the vertices that a column is largest at are its handle, where no volume's nodes
 /// can stand for them.

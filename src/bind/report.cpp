@@ -83,6 +83,8 @@ Json character_json(const BindReport& r) {
                      {"influences", histogram},
                      {"pruned_mass_mean", number(r.pruned_mass_mean)},
                      {"pruned_mass_max", number(r.pruned_mass_max)},
+                     {"clamped_mass_mean", number(r.clamped_mass_mean)},
+                     {"clamped_mass_max", number(r.clamped_mass_max)},
                      {"handles_without_vertices", r.handles_without_vertices},
                      {"vertices_filled", Json(r.vertices_filled)},
                      {"extrema", r.extrema}};
@@ -99,7 +101,7 @@ std::string report_json(const std::vector<BindReport>& characters, const ReportC
   json["schema"] = 1;
   json["file"] = context.input_path;
   json["output"] = context.output_path;
-  json["method"] = context.method;
+  json["method"] = facts_of(context.method).name;
   json["options"] = Json(context.options);
   json["seed"] = context.seed;
   json["threads"] = context.threads;

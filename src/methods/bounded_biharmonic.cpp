@@ -1,5 +1,7 @@
 #include "skinfield/methods/bounded_biharmonic.h"
 
+#include "methods/locks.h"
+#include "methods/reached.h"
 #include "skinfield/base/error.h"
 #include "skinfield/operators/biharmonic.h"
 
@@ -10,40 +12,6 @@ namespace skinfield {
 namespace {
 
 constexpr const char* kWhere = "bounded biharmonic weights";
-
-/// Nodes that a path of K's graph joins to a fixed row.
-std::vector<char> reached_nodes(const SparseRows& K, const FixedRows& fixed) {
-  std::vector<char> reached(static_cast<std::size_t>(K.rows()), 0);
-  std::vector<int> stack = fixed.node;
-  for (const int v : stack) reached[static_cast<std::size_t>(v)] = 1;
-  while (!stack.empty()) {
-    const int v = stack.back();
-    stack.pop_back();
-    for (SparseRows::InnerIterator it(K, v); it; ++it) {
-      char& seen = reached[static_cast<std::size_t>(it.col())];
-      if (seen || it.value() == 0) continue;
-      seen = 1;
-      stack.push_back(static_cast<int>(it.col()));
-    }
-  }
-  return reached;
-}
-
-/// The rows and columns that `position` numbers (-1: left out).
-SparseRows restrict(const SparseRows& K, const std::vector<int>& node,
-                    const std::vector<int>& position) {
-  SparseRows part(static_cast<Eigen::Index>(node.size()), static_cast<Eigen::Index>(node.size()));
-  part.reserve(K.nonZeros());
-  for (std::size_t i = 0; i < node.size(); ++i) {
-    part.startVec(static_cast<Eigen::Index>(i));
-    for (SparseRows::InnerIterator it(K, node[i]); it; ++it) {
-      const int j = position[static_cast<std::size_t>(it.col())];
-      if (j >= 0) part.insertBack(static_cast<Eigen::Index>(i), j) = it.value();
-    }
-  }
-  part.finalize();
-  return part;
-}
 
 void check(const BoundedBiharmonicProblem& problem, const BoundedBiharmonicOptions& options,
            Eigen::Index columns) {
@@ -61,50 +29,6 @@ void check(const BoundedBiharmonicProblem& problem, const BoundedBiharmonicOptio
     if (j < 0 || j >= columns) refuse("locked column " + std::to_string(j) + " does not exist");
   }
 }
-
-/// Splits rows into locked columns and the rest.
-class Locks {
- public:
-  Locks(const BoundedBiharmonicOptions& options, Eigen::Index columns)
-      : locked_(static_cast<std::size_t>(columns), 0) {
-    for (const int j : options.locked) locked_[static_cast<std::size_t>(j)] = 1;
-    for (int j = 0; j < columns; ++j) {
-      if (!locked_[static_cast<std::size_t>(j)]) open_.push_back(j);
-    }
-  }
-  bool any() const { return open_.size() < locked_.size(); }
-  bool is_locked(int j) const { return locked_[static_cast<std::size_t>(j)] != 0; }
-  const std::vector<int>& open() const { return open_; }
-
-  /// The locked part of the start's row, scaled so that it leaves something non-negative.
-  Eigen::RowVectorXd part(const RowMatrix& start, Eigen::Index row) const {
-    Eigen::RowVectorXd kept = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(locked_.size()));
-    for (int j = 0; j < kept.size(); ++j) {
-      if (is_locked(j)) kept[j] = std::max(0.0, start(row, j));
-    }
-    if (kept.sum() > 1) kept /= kept.sum();
-    return kept;
-  }
-  /// A fixed row's open columns, scaled to what the locked ones leave.
-  Eigen::RowVectorXd rest(const Eigen::RowVectorXd& fixed, const RowMatrix& start, Eigen::Index row,
-                          double sum) const {
-    Eigen::RowVectorXd w(static_cast<Eigen::Index>(open_.size()));
-    for (std::size_t t = 0; t < open_.size(); ++t)
-      w[static_cast<Eigen::Index>(t)] = fixed[open_[t]];
-    if (!(w.sum() > 0)) {
-      // The row belongs to locked handles alone: what they leave goes where the start has it.
-      for (std::size_t t = 0; t < open_.size(); ++t) {
-        w[static_cast<Eigen::Index>(t)] = std::max(0.0, start(row, open_[t]));
-      }
-    }
-    if (!(w.sum() > 0)) w.setOnes();
-    return w * (sum / w.sum());
-  }
-
- private:
-  std::vector<char> locked_;
-  std::vector<int> open_;
-};
 
 }  // namespace
 
@@ -141,19 +65,12 @@ BoundedBiharmonicResult bounded_biharmonic(const BoundedBiharmonicProblem& probl
   if (fixed.node.empty()) {
     throw SolveError("no row is fixed", kWhere, "give at least one handle inside the shape");
   }
-  const Locks locks(options, columns);
+  const Locks locks(options.locked, columns);
 
   BoundedBiharmonicResult result;
-  const std::vector<char> reached = reached_nodes(problem.K, fixed);
-  std::vector<int> node, position(reached.size(), -1);
-  for (int i = 0; i < problem.K.rows(); ++i) {
-    if (!reached[static_cast<std::size_t>(i)]) {
-      result.unreached.push_back(i);
-      continue;
-    }
-    position[static_cast<std::size_t>(i)] = static_cast<int>(node.size());
-    node.push_back(i);
-  }
+  const NodeSubset reached = reached_nodes(problem.K, fixed.node);
+  const std::vector<int>& node = reached.node;
+  result.unreached = reached.left_out;
 
   const auto n = static_cast<Eigen::Index>(node.size());
   const auto open = static_cast<Eigen::Index>(locks.open().size());
@@ -161,7 +78,7 @@ BoundedBiharmonicResult bounded_biharmonic(const BoundedBiharmonicProblem& probl
   result.W = RowMatrix::Zero(problem.K.rows(), columns);
   if (open > 0) {
     SimplexProblem program;
-    program.K = result.unreached.empty() ? problem.K : restrict(problem.K, node, position);
+    program.K = result.unreached.empty() ? problem.K : restrict_to(problem.K, reached);
     program.M.resize(n);
     program.columns = static_cast<int>(open);
     SimplexOptions simplex;
@@ -186,7 +103,7 @@ BoundedBiharmonicResult bounded_biharmonic(const BoundedBiharmonicProblem& probl
     program.fixed.weights.resize(static_cast<Eigen::Index>(fixed.node.size()), open);
     for (std::size_t k = 0; k < fixed.node.size(); ++k) {
       const int v = fixed.node[k];
-      const int i = position[static_cast<std::size_t>(v)];
+      const int i = reached.position[static_cast<std::size_t>(v)];
       const auto row = static_cast<Eigen::Index>(k);
       program.fixed.node.push_back(i);
       if (locks.any()) {

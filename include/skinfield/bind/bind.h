@@ -2,6 +2,7 @@
 #pragma once
 
 #include "skinfield/base/progress.h"
+#include "skinfield/bind/method.h"
 #include "skinfield/domain/domain.h"
 #include "skinfield/geometry/diagnosis.h"
 #include "skinfield/io/asset.h"
@@ -27,6 +28,8 @@ struct Paint {
 };
 
 struct BindOptions {
+  Method method = Method::bounded_biharmonic;
+  Solver solver = Solver::automatic;
   enum class DomainKind { automatic, points, surface };
   DomainKind domain = DomainKind::automatic;
   int nodes = 16000;
@@ -44,6 +47,12 @@ struct BindOptions {
   std::vector<int> locked_columns;   ///< kept from `start`
 };
 
+/// Options that do not go together, or not with this character (exit code 2).
+class OptionError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 struct SolvedDomain;
 
 struct BindReport {
@@ -57,11 +66,13 @@ struct BindReport {
   std::int64_t neighbours = 0;  ///< pairs of nodes that the energy couples directly
   std::int64_t rays = 0;
   int clean_parts = 0, dirty_parts = 0, passenger_parts = 0, flipped_faces = 0;
-  SolveStats solve;
+  SolveStats solve;  ///< the energy is the method's own, before anything is clamped
   std::int64_t rows = 0, negative = 0, non_finite = 0;
   double row_sum_error = 0;
   std::vector<std::int64_t> influences;  ///< histogram: rows with k influences
   double pruned_mass_mean = 0, pruned_mass_max = 0;
+  /// What methods without bounds had below zero in a vertex's row, now clamped.
+  double clamped_mass_mean = 0, clamped_mass_max = 0;
   std::vector<std::string> handles_without_vertices;
   std::map<std::string, std::int64_t> vertices_filled;  ///< by cause
   std::int64_t extrema = 0;
@@ -76,7 +87,8 @@ struct BindResult {
 };
 
 /// @throws InputError: no vertices, no handles and no paint, non-finite positions, sizes of paint
-/// or start that do not fit. Anything else ends in valid weights.
+/// or start that do not fit. OptionError: options that do not go together. SolveError: a method
+/// without bounds whose system is too ill-conditioned. Anything else ends in valid weights.
 BindResult bind(const Character& character, const BindOptions& options = {},
                 const Progress& progress = {});
 

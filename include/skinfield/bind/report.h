@@ -9,7 +9,8 @@ namespace skinfield {
 
 /// What the report says about the run besides the result.
 struct ReportContext {
-  std::string input_path, output_path, method = "bbw", profile;
+  std::string input_path, output_path, profile;
+  Method method = Method::bounded_biharmonic;
   int threads = 0;
   std::int64_t peak_memory_bytes = 0;
   double total_s = 0, total_cpu_s = 0;

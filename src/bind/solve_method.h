@@ -1,0 +1,32 @@
+// The chosen method, on the domain that was built. A new method is one case here and a line in
+// method.cpp.
+#pragma once
+
+#include "bind/conditions.h"
+#include "skinfield/bind/bind.h"
+
+namespace skinfield {
+
+struct MethodSolution {
+  RowMatrix nodal;  ///< (N, handles) rows on the simplex, or of zeros where no handle reaches
+  RowMatrix raw;    ///< the same before it was made valid, of methods without bounds; else empty
+  SolveStats stats;
+  /// The energy integrates squares of derivatives of this order: it scales with the unit of length
+  /// to the power of dimension - 2 order.
+  int derivative = 2;
+};
+
+/// @throws OptionError if the method cannot do what the options ask for.
+void check_method(const BindOptions& options, const std::string& character);
+
+/// Precondition: solved.domain. @throws SolveError
+MethodSolution solve_method(const SolvedDomain& solved, const Conditions& conditions,
+                            const BindOptions& options, const Progress& progress);
+
+/// Solves again on the influences that are kept; empty where the method has no such thing.
+/// @param P interpolates to the mesh's vertices.
+RowMatrix resolve_method(const SolvedDomain& solved, const SparseRows& P,
+                         const Conditions& conditions, const BindOptions& options,
+                         const Progress& progress);
+
+}  // namespace skinfield
