@@ -6,6 +6,7 @@
 #include "skinfield/bind/report.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/gltf.h"
+#include "skinfield/io/matrix_file.h"
 #include "skinfield/io/weights_file.h"
 #include "skinfield/rig/glob.h"
 
@@ -19,6 +20,7 @@ namespace {
 
 struct Options {
   std::string input, output, method = "auto", solver = "auto", domain = "auto";
+  std::string mass = "barycentric";
   std::string quality = "normal", symmetry = "off";
   std::string paint, weights_in, lock, report, weights_out;
   SkeletonOptions skeleton;
@@ -77,6 +79,7 @@ void check_method_options(const Options& o) {
   };
   refuse(facts.iterates, {"--tolerance", "--iterations", "--time-limit"}, "is solved directly");
   refuse(facts.on_domain, {"--nodes", "--quality", "--seed"}, "has no nodes but the vertices");
+  refuse(facts.uses_mass, {"--mass"}, "has no masses in it");
   refuse(!facts.solvers.empty(), {"--solver"}, "has only one solver");
   if (o.solver == "auto") return;
   std::string choices;
@@ -104,6 +107,7 @@ BindOptions bind_options(const Options& o) {
   options.iterations = o.iterations;
   options.time_limit_s = o.time_limit;
   options.seed = o.seed;
+  if (o.mass == "voronoi") options.mass = MassKind::voronoi;
   const bool gltf = is_gltf(o.output);
   options.max_influences = o.max_influences >= 0 ? o.max_influences : gltf ? 4 : 0;
   options.prune = o.prune >= 0 ? o.prune : gltf ? 1e-4 : 0;
@@ -138,6 +142,7 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
     all["iterations"] = std::to_string(b.iterations);
     all["time_limit_s"] = fmt::format("{:g}", b.time_limit_s);
   }
+  if (facts.uses_mass) all["mass"] = o.mass;
   if (!facts.solvers.empty()) {
     const Solver solver = b.solver == Solver::automatic ? facts.solvers.front() : b.solver;
     all["solver"] = name_of(solver);
@@ -145,7 +150,14 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
   return all;
 }
 
-/// Weights, paint and locks given as files; they are for a single character.
+bool is_mass_file(const Options& o) { return o.mass != "barycentric" && o.mass != "voronoi"; }
+
+/// Do any of the files given hold rows of one character's vertices?
+bool for_one_character(const Options& o) {
+  return !o.paint.empty() || !o.weights_in.empty() || is_mass_file(o);
+}
+
+/// Weights, paint, masses and locks given as files; they are for a single character.
 void read_conditions(const Options& o, const Character& character, BindOptions& options) {
   const auto vertices = static_cast<Eigen::Index>(character.vertex_of_input.size());
   const Eigen::Index columns = character.skeleton.columns;
@@ -166,6 +178,7 @@ void read_conditions(const Options& o, const Character& character, BindOptions& 
                                    W.rows(), W.cols(), vertices, columns),
                        o.weights_in, "give the weights of this very file");
   }
+  if (is_mass_file(o)) options.masses = read_vector(o.mass);
   if (o.lock.empty()) return;
   const auto& names = character.skeleton.column_names;
   for (std::size_t c = 0; c < names.size(); ++c)
@@ -232,9 +245,10 @@ void run(const Options& o, const Common& common) {
   Asset asset = read_characters(o.input, o.skeleton, o.paint.empty());
   for (const std::string& w : asset.warnings) warn(w);
   const bool matrix = !is_gltf(o.output) || !o.weights_out.empty();
-  if (asset.characters.size() > 1 && (matrix || !o.paint.empty() || !o.weights_in.empty()))
+  if (asset.characters.size() > 1 && (matrix || for_one_character(o)))
     throw UsageError(o.input + ": the file holds " + std::to_string(asset.characters.size()) +
-                     " characters, a matrix, paint or given weights only one (use --only MESH)");
+                     " characters, a matrix, paint, masses or given weights only one (use --only "
+                     "MESH)");
 
   std::vector<SkinWeights> weights;
   std::vector<BindReport> reports;
@@ -306,6 +320,10 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
       ->capture_default_str();
   verb->add_option("--time-limit", o->time_limit, "Seconds for the solve (0: no limit)")
       ->check(number(0, 1e9))
+      ->capture_default_str();
+  verb->add_option("--mass", o->mass,
+                   "Masses on surfaces: barycentric, voronoi, or FILE (.npy .mtx .dmat) with one a "
+                   "vertex")
       ->capture_default_str();
   verb->add_option("--seed", o->seed, "Seed of the random numbers")
       ->check(number(0, 1e18))

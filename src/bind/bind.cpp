@@ -6,6 +6,8 @@
 #include "skinfield/bind/report.h"
 #include "skinfield/domain/surface_domain.h"
 #include "skinfield/geometry/normals.h"
+#include "skinfield/geometry/winding_number.h"
+#include "skinfield/rig/handle_geometry.h"
 #include "skinfield/weights/operations.h"
 #include "skinfield/weights/statistics.h"
 
@@ -49,14 +51,16 @@ void check_input(const Character& character, const BindOptions& options) {
                      "give --skeleton FILE or --paint FILE");
 }
 
-void describe_handles(const ScaledCharacter& scaled, const Solid* solid, BindReport& report) {
+/// @param inside may be empty: then nothing is.
+void describe_handles(const ScaledCharacter& scaled, const InsideTest& inside_shape,
+                      BindReport& report) {
   report.handles = static_cast<int>(scaled.handles.size());
   for (const Handle& handle : scaled.handles) {
     if (handle.kind == Handle::Kind::region) continue;  // it is on the surface
     const Points X = probe_handles({handle}, 0.01);
     int inside = 0;
     for (Eigen::Index i = 0; i < X.rows(); ++i)
-      inside += solid && solid->inside(Vec3(X.row(i).transpose()));
+      inside += inside_shape && inside_shape(Vec3(X.row(i).transpose()));
     auto& list = inside == X.rows() && X.rows() > 0 ? report.handles_inside
                  : inside > 0                       ? report.handles_partly_inside
                                                     : report.handles_outside;
@@ -64,12 +68,34 @@ void describe_handles(const ScaledCharacter& scaled, const Solid* solid, BindRep
   }
 }
 
+/// Masses are those of a mesh: a point domain has its own, and only a surface's own vertices can
+/// take given ones.
+void check_masses(const BindOptions& options, bool points) {
+  if (points && (options.mass != MassKind::barycentric || options.masses))
+    throw OptionError("the nodes of a point domain have masses of their own", {},
+                      "use --domain tris or --method bone-heat, or leave --mass out");
+  if (options.masses)
+    throw OptionError("the surface's nodes are more than the vertices that masses were given for",
+                      {}, "use --mass voronoi or barycentric");
+}
+
+/// The mesh's own vertices, for methods that need no domain.
+void build_vertices(const Conditions& conditions, SolvedDomain& solved) {
+  if (solved.scaled.handles.empty()) solved.scaled.handles = handles_of_paint(conditions, solved);
+  solved.rung = Rung::surface;
+  solved.triangles =
+      std::make_unique<ClosestPointQuery>(solved.scaled.mesh.V, solved.scaled.mesh.F);
+}
+
 /// The best rung of the ladder that stands, with its domain.
 void build_domain(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
                   BindReport& report, const Progress& progress) {
   const bool flat = report.input.planar;
   const bool surface_wanted = options.domain == BindOptions::DomainKind::surface;
-  if (!surface_wanted && !(flat && options.domain == BindOptions::DomainKind::automatic)) {
+  const bool points_wanted =
+      !surface_wanted && !(flat && options.domain == BindOptions::DomainKind::automatic);
+  check_masses(options, points_wanted);
+  if (points_wanted) {
     try {
       PointDomainOptions point_options;
       point_options.nodes = options.nodes;
@@ -87,7 +113,10 @@ void build_domain(const BindOptions& options, const Conditions& conditions, Solv
   if (solved.scaled.handles.empty()) solved.scaled.handles = handles_of_paint(conditions, solved);
   if (solved.scaled.mesh.F.rows() > 0) {
     try {
-      solved.domain = std::make_unique<SurfaceDomain>(solved.scaled.mesh, solved.scaled.handles);
+      SurfaceDomainOptions surface_options;
+      surface_options.mass = options.mass;
+      solved.domain = std::make_unique<SurfaceDomain>(solved.scaled.mesh, solved.scaled.handles,
+                                                      surface_options, progress);
       solved.rung = Rung::surface;
       return;
     } catch (const DomainError& error) {
@@ -100,7 +129,8 @@ void build_domain(const BindOptions& options, const Conditions& conditions, Solv
 
 void describe_domain(const SolvedDomain& solved, BindReport& report) {
   report.rung = solved.rung;
-  report.domain_kind = solved.points ? "points" : solved.domain ? "surface" : "handles";
+  report.domain_kind = solved.points ? "points" : solved.has_nodes() ? "surface" : "handles";
+  if (solved.triangles) report.nodes = static_cast<int>(solved.scaled.mesh.V.rows());
   if (solved.domain) {
     report.nodes = static_cast<int>(solved.domain->nodes().rows());
     report.neighbours = (solved.domain->stiffness().nonZeros() - report.nodes) / 2;
@@ -166,7 +196,7 @@ std::string name_of(Rung rung) {
 
 BindResult bind(const Character& character, const BindOptions& options, const Progress& progress) {
   check_input(character, options);
-  check_method(options, character.name);
+  check_method(options, character);
   BindResult result;
   BindReport& report = result.report;
   Stopwatch watch(report);
@@ -200,10 +230,20 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
   find_symmetry(options, *solved, report);
 
   progress("domain", 0);
-  build_domain(options, conditions, *solved, report, progress);
+  InsideTest inside;
+  if (facts_of(options.method).on_domain) {
+    build_domain(options, conditions, *solved, report, progress);
+    if (solved->points)
+      inside = [&solid = solved->points->solid()](const Vec3& x) { return solid.inside(x); };
+  } else {
+    build_vertices(conditions, *solved);
+    inside = [winding = std::make_shared<WindingNumber>(mesh.V, mesh.F)](const Vec3& x) {
+      return winding->at(x) > 0.5;
+    };
+  }
   watch.lap("domain");
   describe_domain(*solved, report);
-  describe_handles(solved->scaled, solved->points ? &solved->points->solid() : nullptr, report);
+  describe_handles(solved->scaled, inside, report);
   for (const std::string& name : report.handles_outside)
     if (solved->points)
       report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
@@ -212,9 +252,10 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
                          : mesh.F.rows() > 0 ? vertex_normals(mesh.V, mesh.F)
                                              : mesh.N;
   Interpolation own;
-  if (solved->domain) {
+  if (solved->has_nodes()) {
     progress("solve", 0);
-    MethodSolution weights = solve_method(*solved, conditions, options, progress);
+    MethodSolution weights = solve_method(
+        *solved, conditions, options, masses_on_vertices(options, character, *solved), progress);
     report.solve = weights.stats;
     solved->nodal = std::move(weights.nodal);
     // Energies are in file units.
@@ -236,7 +277,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
 
   progress("evaluate", 0);
   std::vector<Fill> fill;
-  RowMatrix rows = solved->at(mesh.V, normals, solved->domain ? &own : nullptr, fill);
+  RowMatrix rows = solved->at(mesh.V, normals, solved->has_nodes() ? &own : nullptr, fill);
   apply_exact_conditions(conditions, rows);
   count_fills(fill, report.vertices_filled);
   SkinWeights weights = solved->to_columns(rows, character.vertex_of_input);

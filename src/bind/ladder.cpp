@@ -1,8 +1,8 @@
 #include "bind/ladder.h"
 
 #include "skinfield/base/parallel.h"
-#include "skinfield/geometry/closest_point.h"
 #include "skinfield/geometry/ray_scene.h"
+#include "skinfield/rig/handle_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,29 +25,6 @@ ScaledCharacter scale_to_unit_box(const Character& character) {
   return scaled;
 }
 
-double distance_to_handle(const Handle& handle, const Mesh& mesh, const Vec3& x, Vec3* closest) {
-  double best = 1e300;
-  const auto consider = [&](const Vec3& y) {
-    const double d = (y - x).norm();
-    if (d >= best) return;
-    best = d;
-    if (closest) *closest = y;
-  };
-  switch (handle.kind) {
-    case Handle::Kind::bone:
-      for (const auto& [a, b] : handle.segments)
-        consider(a + closest_on_segment(a, b, x) * (b - a));
-      break;
-    case Handle::Kind::point:
-      consider(handle.point);
-      break;
-    case Handle::Kind::region:
-      for (int v : handle.vertices) consider(mesh.V.row(v).transpose());
-      break;
-  }
-  return best;
-}
-
 RowMatrix nearest_handle_weights(const Mesh& mesh, const std::vector<Handle>& handles,
                                  const Points& X, const Points& normals, bool visible,
                                  std::vector<Fill>& fill) {
@@ -61,7 +38,7 @@ RowMatrix nearest_handle_weights(const Mesh& mesh, const std::vector<Handle>& ha
     std::vector<std::pair<double, int>> order;
     std::vector<Vec3> closest(handles.size(), x);
     for (std::size_t h = 0; h < handles.size(); ++h)
-      order.emplace_back(distance_to_handle(handles[h], mesh, x, &closest[h]), static_cast<int>(h));
+      order.emplace_back(handle_distance(handles[h], x, mesh.V, &closest[h]), static_cast<int>(h));
     std::sort(order.begin(), order.end());
     int chosen = order.front().second;
     if (visible && !scene.empty()) {

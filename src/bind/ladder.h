@@ -19,6 +19,4 @@ RowMatrix nearest_handle_weights(const Mesh& mesh, const std::vector<Handle>& ha
                                  const Points& X, const Points& normals, bool visible,
                                  std::vector<Fill>& fill);
 
-double distance_to_handle(const Handle& handle, const Mesh& mesh, const Vec3& x, Vec3* closest);
-
 }  // namespace skinfield

@@ -37,6 +37,10 @@ std::span<const MethodFacts> methods() {
        .description = "no bounds, then clamped",
        .on_domain = true,
        .uses_mass = true},
+      {.method = Method::bone_heat,
+       .name = "bone-heat",
+       .description = "surface heat of the bones each vertex sees, as in Blender and Maya",
+       .uses_mass = true},
   };
   return all;
 }

@@ -1,8 +1,11 @@
 #include "bind/solve_method.h"
 
+#include "skinfield/methods/bone_heat.h"
 #include "skinfield/methods/polyharmonic.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 namespace skinfield {
 namespace {
@@ -52,22 +55,79 @@ MethodSolution solve_polyharmonic(int order, const SolvedDomain& solved,
           .derivative = order};
 }
 
+MethodSolution solve_bone_heat(const SolvedDomain& solved, const Conditions& conditions,
+                               const BindOptions& options, const Vector& masses,
+                               const Progress& progress) {
+  BoneHeatOptions method;
+  method.mass = options.mass;
+  method.masses = masses;
+  std::map<int, Eigen::Index> row_of_vertex;  // ascending
+  for (std::size_t k = 0; k < conditions.painted_vertex.size(); ++k)
+    row_of_vertex.emplace(conditions.painted_vertex[k], static_cast<Eigen::Index>(k));
+  method.paint.weights.resize(static_cast<Eigen::Index>(row_of_vertex.size()),
+                              conditions.paint.weights.cols());
+  for (const auto& [vertex, row] : row_of_vertex) {
+    method.paint.weights.row(static_cast<Eigen::Index>(method.paint.node.size())) =
+        conditions.paint.weights.row(row);
+    method.paint.node.push_back(vertex);
+  }
+  if (!conditions.locked.empty()) {
+    method.start = conditions.start;
+    method.locked = conditions.locked;
+  }
+  BoneHeatResult result = bone_heat(solved.scaled.mesh, solved.scaled.handles, method, progress);
+  RowMatrix valid = valid_weights(result.W, method.locked);
+  return {.nodal = std::move(valid),
+          .raw = std::move(result.W),
+          .stats = result.stats,
+          .derivative = 1};
+}
+
 }  // namespace
 
-void check_method(const BindOptions& options, const std::string& character) {
+void check_method(const BindOptions& options, const Character& character) {
+  const std::string& where = character.name;
   const MethodFacts& facts = facts_of(options.method);
   const std::string name(facts.name);
   if (options.solver != Solver::automatic &&
       std::find(facts.solvers.begin(), facts.solvers.end(), options.solver) == facts.solvers.end())
     throw OptionError("method " + name + " has no solver " + std::string(name_of(options.solver)),
-                      character, "leave the choice out");
+                      where, "leave the choice out");
   if (options.start && options.locked_columns.empty() && !facts.iterates)
-    throw OptionError("method " + name + " is solved directly and cannot start from weights",
-                      character, "lock some of their columns, or leave them out");
+    throw OptionError("method " + name + " is solved directly and cannot start from weights", where,
+                      "lock some of their columns, or leave them out");
+  if (!facts.on_domain && character.mesh.F.rows() == 0)
+    throw OptionError("method " + name + " needs a surface, and this is a point cloud", where,
+                      "use --method bbw");
+  if (!facts.on_domain && options.domain == BindOptions::DomainKind::points)
+    throw OptionError("method " + name + " lives on the surface, not on points inside", where,
+                      "leave the domain out");
+  if (!options.masses) return;
+  const Vector& M = *options.masses;
+  const auto inputs = static_cast<Eigen::Index>(character.vertex_of_input.size());
+  if (M.size() != inputs)
+    throw InputError("there are " + std::to_string(M.size()) + " masses for " +
+                         std::to_string(inputs) + " vertices",
+                     where, "give one a vertex, in the file's order");
+  for (Eigen::Index i = 0; i < M.size(); ++i)
+    if (!(M[i] > 0) || !std::isfinite(M[i]))
+      throw InputError("the mass of vertex " + std::to_string(i) + " is not positive", where,
+                       "every vertex needs a mass above 0");
+}
+
+Vector masses_on_vertices(const BindOptions& options, const Character& character,
+                          const SolvedDomain& solved) {
+  if (!options.masses) return {};
+  Vector M = Vector::Zero(character.mesh.V.rows());
+  for (std::size_t i = 0; i < character.vertex_of_input.size(); ++i)
+    M[character.vertex_of_input[i]] += (*options.masses)[static_cast<Eigen::Index>(i)];
+  const int dimension = solved.rung == Rung::volume ? 3 : 2;
+  return M * std::pow(solved.scaled.box.scale, dimension);
 }
 
 MethodSolution solve_method(const SolvedDomain& solved, const Conditions& conditions,
-                            const BindOptions& options, const Progress& progress) {
+                            const BindOptions& options, const Vector& masses,
+                            const Progress& progress) {
   switch (options.method) {
     case Method::bounded_biharmonic:
       break;
@@ -77,6 +137,8 @@ MethodSolution solve_method(const SolvedDomain& solved, const Conditions& condit
       return solve_polyharmonic(2, solved, conditions, progress);
     case Method::triharmonic:
       return solve_polyharmonic(3, solved, conditions, progress);
+    case Method::bone_heat:
+      return solve_bone_heat(solved, conditions, options, masses, progress);
   }
   return solve_bounded(solved, conditions, options, progress);
 }

@@ -16,12 +16,19 @@ struct MethodSolution {
   int derivative = 2;
 };
 
-/// @throws OptionError if the method cannot do what the options ask for.
-void check_method(const BindOptions& options, const std::string& character);
+/// @throws OptionError if the method cannot do what the options ask for, or not for this character;
+/// InputError for masses that do not fit.
+void check_method(const BindOptions& options, const Character& character);
 
-/// Precondition: solved.domain. @throws SolveError
+/// @param masses of merged vertices in the unit box, where BindOptions::masses are given.
+/// Precondition: solved.has_nodes(). @throws SolveError
 MethodSolution solve_method(const SolvedDomain& solved, const Conditions& conditions,
-                            const BindOptions& options, const Progress& progress);
+                            const BindOptions& options, const Vector& masses,
+                            const Progress& progress);
+
+/// Given masses on merged vertices, where they add up, and in the unit box; empty without any.
+Vector masses_on_vertices(const BindOptions& options, const Character& character,
+                          const SolvedDomain& solved);
 
 /// Solves again on the influences that are kept; empty where the method has no such thing.
 /// @param P interpolates to the mesh's vertices.

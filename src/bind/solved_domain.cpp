@@ -22,11 +22,59 @@ void tidy(RowMatrix& W) {
 
 }  // namespace
 
+Interpolation SolvedDomain::interpolation(const Points& X, const Points& normals) const {
+  if (domain) return domain->at(X, normals);
+  // Barycentric on the closest triangle.
+  const auto n = static_cast<std::size_t>(X.rows());
+  std::vector<ClosestPoint> closest(n);
+  parallel_for(n, 64, [&](std::size_t i) {
+    closest[i] = triangles->at(X.row(static_cast<Eigen::Index>(i)));
+  });
+  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (closest[i].face < 0) continue;  // no triangle at all: a zero row
+    const Vec3 b = closest[i].barycentric.cwiseMax(0.0);
+    for (int c = 0; c < 3; ++c)
+      entries.emplace_back(static_cast<std::int32_t>(i), scaled.mesh.F(closest[i].face, c),
+                           b[c] / b.sum());
+  }
+  Interpolation result;
+  result.P.resize(X.rows(), scaled.mesh.V.rows());
+  result.P.setFromTriplets(entries.begin(), entries.end());
+  result.fill.assign(n, Fill::none);
+  return result;
+}
+
+Interpolation SolvedDomain::at_mesh(const Points& normals) const {
+  if (points) return points->at_mesh();
+  if (domain) return domain->at(scaled.mesh.V, normals);
+  // A vertex is its own node; one that no triangle has (inside a tetrahedral mesh) takes the
+  // surface's nearest point.
+  const Mesh& mesh = scaled.mesh;
+  std::vector<char> has_triangle(static_cast<std::size_t>(mesh.V.rows()), 0);
+  for (Eigen::Index k = 0; k < mesh.F.size(); ++k)
+    has_triangle[static_cast<std::size_t>(mesh.F.data()[k])] = 1;
+  Interpolation result = interpolation(mesh.V, normals);
+  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
+  for (Eigen::Index i = 0; i < mesh.V.rows(); ++i) {
+    const auto row = static_cast<std::int32_t>(i);
+    if (has_triangle[static_cast<std::size_t>(i)]) {
+      entries.emplace_back(row, row, 1.0);
+      continue;
+    }
+    for (SparseRows::InnerIterator it(result.P, i); it; ++it)
+      entries.emplace_back(row, it.col(), it.value());
+  }
+  result.P.setZero();
+  result.P.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
 RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, const Interpolation* known,
                                 std::vector<Fill>& fill) const {
   RowMatrix W = RowMatrix::Zero(X.rows(), static_cast<Eigen::Index>(scaled.handles.size()));
-  if (domain) {
-    const Interpolation asked = known ? Interpolation{} : domain->at(X, normals);
+  if (has_nodes()) {
+    const Interpolation asked = known ? Interpolation{} : interpolation(X, normals);
     const Interpolation& interpolation = known ? *known : asked;
     W = interpolation.P * nodal;
     fill = interpolation.fill;

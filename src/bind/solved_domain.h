@@ -3,6 +3,7 @@
 
 #include "bind/ladder.h"
 #include "skinfield/domain/point_domain.h"
+#include "skinfield/geometry/closest_point.h"
 
 #include <memory>
 
@@ -13,8 +14,10 @@ struct SolvedDomain {
   Rung rung = Rung::volume;
   std::unique_ptr<Domain> domain;       ///< null on the rungs of nearest handles
   const PointDomain* points = nullptr;  ///< the same domain, if it is one
-  RowMatrix nodal;                      ///< (N, handles)
-  std::vector<int> column;              ///< of each handle
+  /// Instead of a domain: the nodes are the mesh's own vertices, and this finds triangles.
+  std::unique_ptr<ClosestPointQuery> triangles;
+  RowMatrix nodal;          ///< (N, handles)
+  std::vector<int> column;  ///< of each handle
   int columns = 0;
   std::vector<std::string> names;
   int max_influences = 0;
@@ -23,10 +26,11 @@ struct SolvedDomain {
   std::vector<int> partner;  ///< of each handle, mirrored in x = mirror_plane
   double mirror_plane = 0;
 
-  /// Of the mesh's own vertices, whose parts and normals the domain knows. Needs a domain.
-  Interpolation at_mesh(const Points& normals) const {
-    return points ? points->at_mesh() : domain->at(scaled.mesh.V, normals);
-  }
+  bool has_nodes() const { return domain || triangles; }
+  /// From the nodes to points of the unit box. Needs nodes.
+  Interpolation interpolation(const Points& X, const Points& normals) const;
+  /// The same to the mesh's own vertices, whose parts and normals the domain knows.
+  Interpolation at_mesh(const Points& normals) const;
   /// Handle weights (n, handles) at points of the unit box; `known`: their interpolation, or null.
   RowMatrix at(const Points& X, const Points& normals, const Interpolation* known,
                std::vector<Fill>& fill) const;

@@ -5,7 +5,6 @@
 #include "skinfield/base/parallel.h"
 #include "skinfield/geometry/closest_point.h"
 #include "skinfield/geometry/ray_scene.h"
-#include "skinfield/operators/mass.h"
 #include "skinfield/operators/stiffness.h"
 #include "skinfield/rig/handle_geometry.h"
 
@@ -283,7 +282,7 @@ SurfaceDomain::SurfaceDomain(const Mesh& mesh, const std::vector<Handle>& handle
   }
   const KdTree tree(sheet.V);
   impl_->K = safe_stiffness(sheet, tree, options.touching * h);
-  impl_->M = barycentric_mass(sheet.V, sheet.F);
+  impl_->M = lumped_mass(sheet.V, sheet.F, options.mass);
   progress.check();
   impl_->fixed = fix_handles(sheet, tree, mesh, handles, h);
   if (impl_->fixed.node.empty()) {

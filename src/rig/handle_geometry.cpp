@@ -47,15 +47,28 @@ Points sample_handle(const Handle& handle, double spacing, const Points& V) {
   return result;
 }
 
-double handle_distance(const Handle& handle, const Vec3& x, const Points& V) {
-  if (handle.kind == Handle::Kind::point) return (x - handle.point).norm();
+double handle_distance(const Handle& handle, const Vec3& x, const Points& V, Vec3* closest) {
   double best = std::numeric_limits<double>::infinity();
-  if (handle.kind == Handle::Kind::region) {
-    for (const int i : handle.vertices) {
-      if (i >= 0 && i < V.rows()) best = std::min(best, (V.row(i).transpose() - x).norm());
-    }
-  } else {
-    for (const auto& [a, b] : handle.segments) best = std::min(best, distance_to_segment(a, b, x));
+  const auto consider = [&](const Vec3& y) {
+    const double d = (y - x).norm();
+    if (d >= best) return;
+    best = d;
+    if (closest) *closest = y;
+  };
+  switch (handle.kind) {
+    case Handle::Kind::point:
+      consider(handle.point);
+      break;
+    case Handle::Kind::region:
+      for (const int i : handle.vertices) {
+        if (i >= 0 && i < V.rows()) consider(V.row(i).transpose());
+      }
+      break;
+    case Handle::Kind::bone:
+      for (const auto& [a, b] : handle.segments) {
+        consider(a + closest_on_segment(a, b, x) * (b - a));
+      }
+      break;
   }
   return best;
 }

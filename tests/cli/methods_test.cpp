@@ -5,6 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <array>
+#include <cstdio>
+
 namespace skinfield_test {
 namespace {
 
@@ -53,6 +56,13 @@ TEST(Methods, EachGivesValidWeightsOfItsOwn) {
   EXPECT_GT(report["weights"]["clamped_mass_mean"], 1e-4);
   EXPECT_GE(report["weights"]["clamped_mass_max"], report["weights"]["clamped_mass_mean"]);
   const RowMatrix triharmonic = folder.bound("triharmonic", report, few);
+  const RowMatrix heat = folder.bound("bone-heat", report);
+  EXPECT_EQ(report["domain"]["kind"], "surface");
+  EXPECT_EQ(report["domain"]["nodes"], report["input"]["merged_vertices"]);
+  EXPECT_GT(report["input"]["handles_inside"].size(), 30U);
+  EXPECT_FALSE(report["options"].contains("nodes"));
+  EXPECT_GT(tv(heat, bbw), 0.01);
+  EXPECT_LT(tv(heat, bbw), 0.4);
   EXPECT_GT(tv(harmonic, bbw), 0.01);
   EXPECT_GT(tv(biharmonic, bbw), 1e-3);
   EXPECT_GT(tv(triharmonic, biharmonic), 0.01);
@@ -65,10 +75,11 @@ TEST(Methods, PaintAndLocksHoldInEach) {
   std::string given = "one,two\n";
   for (int v = 0; v < 20; ++v) given += v < 8 ? "0.7,0.3\n" : "0.2,0.8\n";
   write_file(folder / "given.csv", given);
-  for (const std::string method : {"bbw", "harmonic", "biharmonic", "triharmonic"}) {
+  for (const std::string method : {"bbw", "harmonic", "biharmonic", "triharmonic", "bone-heat"}) {
     SCOPED_TRACE(method);
-    const std::vector<std::string> base{"bind", "box.obj", "--skeleton", "box.tgf", "--method",
-                                        method, "-o",      "w.npz",      "--nodes", "200"};
+    std::vector<std::string> base{"bind",     "box.obj", "--skeleton", "box.tgf",
+                                  "--method", method,    "-o",         "w.npz"};
+    if (method != "bone-heat") base.insert(base.end(), {"--nodes", "200"});
     auto painting = base, locking = base;
     painting.insert(painting.end(), {"--paint", "paint.csv"});
     expect_runs(folder, painting);
@@ -107,8 +118,81 @@ TEST(Methods, OptionsWithoutUseAreRefused) {
   refused("triharmonic", {"--time-limit", "1"}, {"--time-limit"});
   refused("harmonic", {"--solver", "primal"}, {"--solver", "harmonic"});
   refused("harmonic", {"--weights-in", "given.csv"}, {"box.obj", "cannot start from weights"});
+  refused("harmonic", {"--mass", "voronoi"}, {"--mass", "no masses"});
+  refused("bone-heat", {"--nodes", "100"}, {"--nodes", "bone-heat", "vertices"});
+  refused("bone-heat", {"--domain", "points"}, {"box.obj", "surface", "leave the domain out"});
+  refused("bone-heat", {"--weights-in", "given.csv"}, {"cannot start from weights"});
+  refused("bbw", {"--mass", "voronoi"}, {"box.obj", "masses of their own", "--domain tris"});
   refused("nonsense", {}, {"--method"});
   refused("bbw", {"--solver", "nonsense"}, {"--solver"});
+}
+
+TEST(Methods, BoneHeatNeedsASurface) {
+  const BoxFolder folder;
+  std::string cloud = box_obj();
+  cloud.resize(cloud.find("f "));
+  write_file(folder / "cloud.obj", cloud);
+  expect_refused(
+      folder,
+      {"bind", "cloud.obj", "--skeleton", "box.tgf", "--method", "bone-heat", "-o", "out.glb"}, 2,
+      {"cloud.obj", "point cloud", "--method bbw"});
+}
+
+TEST(Methods, MassesByNameAndFromAFile) {
+  const BoxFolder folder;
+  const auto bound = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all{"bind", "box.obj", "--skeleton", "box.tgf", "-o", "w.npz"};
+    all.insert(all.end(), more.begin(), more.end());
+    expect_runs(folder, all);
+    return RowMatrix(read_weights(folder / "w.npz").W);
+  };
+  const RowMatrix plain = bound({"--method", "bone-heat"});
+  EXPECT_GT(tv(bound({"--method", "bone-heat", "--mass", "voronoi"}), plain), 1e-6);
+  EXPECT_GT(tv(bound({"--domain", "tris", "--mass", "voronoi"}), bound({"--domain", "tris"})), 0);
+  // Barycentric masses of the box as a file: a third of each triangle's area (1/2, at the ends
+  // too) a corner; the corners of the ends meet two or three of them more.
+  std::string dmat = "1 20\n", mtx = "%%MatrixMarket matrix array real general\n20 1\n";
+  const std::string obj = box_obj();
+  std::vector<double> mass(20, 0);
+  std::vector<std::array<int, 4>> quads;
+  for (const std::string& line : lines(obj)) {
+    std::array<int, 4> q{};
+    if (std::sscanf(line.c_str(), "f %d %d %d %d", &q[0], &q[1], &q[2], &q[3]) == 4)
+      quads.push_back(q);
+  }
+  ASSERT_EQ(quads.size(), 18U);
+  for (const auto& q : quads) {  // split along the diagonal from the first corner
+    for (const int k : {0, 1, 2, 0, 2, 3})
+      mass[static_cast<std::size_t>(q[static_cast<std::size_t>(k)] - 1)] += 1.0 / 6;
+  }
+  for (const double m : mass) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.17g\n", m);
+    dmat += text;
+    mtx += text;
+  }
+  write_file(folder / "m.dmat", dmat);
+  write_file(folder / "m.mtx", mtx);
+  for (const char* file : {"m.dmat", "m.mtx"})
+    EXPECT_LT((bound({"--method", "bone-heat", "--mass", file}) - plain).cwiseAbs().maxCoeff(),
+              1e-12);
+
+  write_file(folder / "short.dmat", "1 3\n1\n1\n1\n");
+  std::string zero = dmat;
+  zero.replace(5, zero.find('\n', 5) - 5, "0");
+  write_file(folder / "zero.dmat", zero);
+  const auto refused = [&](const char* file, int code, const std::vector<std::string>& words,
+                           const std::vector<std::string>& more) {
+    std::vector<std::string> all{"bind",   "box.obj", "--skeleton", "box.tgf",
+                                 "--mass", file,      "-o",         "out.glb"};
+    all.insert(all.end(), more.begin(), more.end());
+    expect_refused(folder, all, code, words);
+  };
+  const std::vector<std::string> heat{"--method", "bone-heat"};
+  refused("short.dmat", 3, {"3 masses for 20 vertices"}, heat);
+  refused("zero.dmat", 3, {"mass of vertex 0", "not positive"}, heat);
+  refused("nonsense", 3, {"nonsense"}, heat);
+  refused("m.dmat", 2, {"more than the vertices"}, {"--domain", "tris"});
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ TEST(Help, ListsVerbsWithExamplesThatExist) {
     EXPECT_NE(help.find("--quiet"), std::string::npos) << verb;
   }
   for (const char* later : {"batch", "view", "tetrahedralise", "interpolate", "--resume",
-                            "bone-heat", "geometric-fields", "--boundary"}) {
+                            "geometric-fields", "--boundary"}) {
     EXPECT_EQ(all.find(later), std::string::npos) << later;
     EXPECT_EQ(expect_runs(folder, {"bind", "--help"}).out.find(later), std::string::npos) << later;
   }

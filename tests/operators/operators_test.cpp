@@ -3,6 +3,7 @@
 #include "skinfield/operators/biharmonic.h"
 #include "skinfield/operators/mass.h"
 #include "skinfield/operators/stiffness.h"
+#include "skinfield/operators/triharmonic.h"
 #include "support/box_tets.h"
 
 #include <gtest/gtest.h>
@@ -118,15 +119,6 @@ TEST(Stiffness, InvertedElementsCountLikeTheirMirrorImages) {
   EXPECT_LT((Eigen::MatrixXd(K) - Eigen::MatrixXd(turned)).cwiseAbs().maxCoeff(), 1e-13);
 }
 
-TEST(Mass, SumsToTheVolumeAndIsPositive) {
-  Mesh mesh = box_tets(4, 2, 3, 0.25);
-  mesh.V.conservativeResize(mesh.V.rows() + 1, 3);
-  mesh.V.row(mesh.V.rows() - 1) << 9, 9, 9;  // in no element
-  const Vector M = barycentric_mass(mesh.V, mesh.T);
-  EXPECT_NEAR(M.sum(), 4 * 2 * 3 * std::pow(0.25, 3), 1e-9);
-  EXPECT_GT(M.minCoeff(), 0);
-}
-
 TEST(Biharmonic, IsTheProductAndKillsConstants) {
   const Mesh mesh = jittered_box();
   const SparseRows K = stiffness(mesh.V, mesh.T);
@@ -144,6 +136,41 @@ TEST(Biharmonic, IsTheProductAndKillsConstants) {
       ASSERT_LT(Q.innerIndexPtr()[p - 1], Q.innerIndexPtr()[p]);
     }
   }
+}
+
+TEST(Triharmonic, IsTheProductAndKillsConstants) {
+  const Mesh mesh = jittered_box();
+  const SparseRows K = stiffness(mesh.V, mesh.T);
+  const Vector M = barycentric_mass(mesh.V, mesh.T);
+  const SparseRows A = triharmonic(K, M);
+  const Eigen::MatrixXd half = M.cwiseInverse().asDiagonal() * Eigen::MatrixXd(K);
+  const Eigen::MatrixXd direct = Eigen::MatrixXd(K) * half * half;
+  const double scale = direct.cwiseAbs().maxCoeff();
+  EXPECT_LT((Eigen::MatrixXd(A) - direct).cwiseAbs().maxCoeff(), 1e-12 * scale);
+  EXPECT_EQ((Eigen::MatrixXd(A) - Eigen::MatrixXd(A).transpose()).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_LT((A * Vector::Ones(A.rows())).cwiseAbs().maxCoeff(), 1e-10 * scale);
+  EXPECT_TRUE(A.isCompressed());
+  // Its energy is that of the Laplacian's gradient.
+  const Vector w = mesh.V.col(0).cwiseAbs2() - mesh.V.col(2);
+  const Vector laplacian = M.cwiseInverse().asDiagonal() * (K * w);
+  const double energy = laplacian.dot(K * laplacian);
+  EXPECT_NEAR(w.dot(A * w), energy, 1e-10 * energy);
+}
+
+TEST(Energies, FollowTheScaleLaw) {
+  const Mesh mesh = jittered_box();
+  const Vector w = mesh.V.col(0).array().sin();
+  const auto energies = [&](double unit) {
+    const SparseRows K = stiffness(unit * mesh.V, mesh.T);
+    const Vector M = barycentric_mass(unit * mesh.V, mesh.T);
+    return Vec3(w.dot(K * w), w.dot(biharmonic(K, M) * w), w.dot(triharmonic(K, M) * w));
+  };
+  // length^(3 - 2 order)
+  for (const double unit : {0.01, 100.0})
+    for (int order = 1; order <= 3; ++order)
+      EXPECT_NEAR(
+          energies(unit)[order - 1] / energies(1)[order - 1] / std::pow(unit, 3 - 2 * order), 1,
+          1e-10);
 }
 
 TEST(Biharmonic, SameBytesAtAnyThreadCount) {

@@ -6,6 +6,7 @@
 #include "skinfield/domain/domain.h"
 #include "skinfield/geometry/diagnosis.h"
 #include "skinfield/io/asset.h"
+#include "skinfield/operators/mass.h"
 #include "skinfield/weights/skin_weights.h"
 
 #include <cstdint>
@@ -33,6 +34,11 @@ struct BindOptions {
   enum class DomainKind { automatic, points, surface };
   DomainKind domain = DomainKind::automatic;
   int nodes = 16000;
+  /// How masses are lumped, on domains that are meshes: a point domain's nodes have their own.
+  MassKind mass = MassKind::barycentric;
+  /// Instead of `mass`: over input vertices, > 0, in file units. For methods and domains whose
+  /// nodes are the mesh's vertices.
+  std::optional<Vector> masses;
   double tolerance = 1e-3;  ///< largest change of a weight at which the solve stops
   int iterations = 500;
   double time_limit_s = 0;  ///< of the solve; 0 = none

@@ -7,7 +7,7 @@
 
 namespace skinfield {
 
-enum class Method { bounded_biharmonic, harmonic, biharmonic, triharmonic };
+enum class Method { bounded_biharmonic, harmonic, biharmonic, triharmonic, bone_heat };
 
 /// A method's own choice of how it is solved; automatic is its first.
 enum class Solver { automatic, primal };

@@ -4,6 +4,7 @@
 
 #include "skinfield/base/progress.h"
 #include "skinfield/domain/domain.h"
+#include "skinfield/operators/mass.h"
 
 #include <memory>
 
@@ -15,6 +16,7 @@ struct SurfaceDomainOptions {
   int nodes = 6000;
   /// Parts nearer to each other than this share of the node distance are joined.
   double touching = 0.75;
+  MassKind mass = MassKind::barycentric;
 };
 
 class SurfaceDomain : public Domain {

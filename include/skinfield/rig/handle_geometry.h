@@ -22,8 +22,10 @@ InsideTest inside_test(const WindingNumber& winding, double level = 0.5);
 /// names a vertex outside V.
 Points sample_handle(const Handle& handle, double spacing, const Points& V = {});
 
-/// Distance of x to the nearest point of the handle; infinite for a region without V.
-double handle_distance(const Handle& handle, const Vec3& x, const Points& V = {});
+/// Distance of x to the nearest point of the handle; infinite for a region without V. `closest`,
+/// if given, becomes that point (and stays as it is where there is none).
+double handle_distance(const Handle& handle, const Vec3& x, const Points& V = {},
+                       Vec3* closest = nullptr);
 
 enum class HandlePlace { inside, partly, outside };
 const char* to_string(HandlePlace place);
