@@ -12,7 +12,7 @@ help:
 	@echo "make build    build/release/bin/skinfield"
 	@echo "make check    format and tidy"
 	@echo "make bench    speed"
-	@echo "make results  every case of the shared data, into docs/results.md"
+	@echo "make results  every case of the shared data, into docs/results*.md"
 	@echo "make soak     sanitizers, fuzzing, both profiles, tidy of the whole tree (long)"
 	@echo "make format   reformat the sources"
 	@echo "make setup    only install what is missing"
@@ -43,6 +43,7 @@ results:
 	@tools/setup.sh build python
 	@tools/build.sh release -j $(JOBS) skinfield_cli
 	@tools/with_python.sh tools/results.py --program $(PROGRAM)
+	@tools/with_python.sh tools/results_tets.py --program $(PROGRAM)
 
 check:
 	@tools/setup.sh build tidy

@@ -23,3 +23,24 @@ if(SKINFIELD_PROFILE STREQUAL "full")
   target_link_libraries(skinfield_cholmod INTERFACE ${CHOLMOD_LIBRARY})
   target_compile_definitions(skinfield_cholmod INTERFACE SKINFIELD_HAVE_CHOLMOD=1)
 endif()
+
+# TetGen (AGPL) and CGAL's alpha wrap (GPL) make tetrahedra of surfaces; header-only CGAL needs GMP
+# and MPFR. Each is known to one file of src/domain.
+add_library(skinfield_tetgen INTERFACE)
+add_library(skinfield_cgal INTERFACE)
+if(SKINFIELD_PROFILE STREQUAL "full")
+  find_path(TETGEN_INCLUDE_DIR tetgen.h REQUIRED)
+  find_library(TETGEN_LIBRARY tet REQUIRED)
+  target_include_directories(skinfield_tetgen SYSTEM INTERFACE ${TETGEN_INCLUDE_DIR})
+  target_link_libraries(skinfield_tetgen INTERFACE ${TETGEN_LIBRARY})
+  target_compile_definitions(skinfield_tetgen INTERFACE SKINFIELD_HAVE_TETGEN=1)
+  find_path(CGAL_INCLUDE_DIR CGAL/alpha_wrap_3.h REQUIRED)
+  find_library(GMP_LIBRARY gmp REQUIRED)
+  find_library(MPFR_LIBRARY mpfr REQUIRED)
+  target_include_directories(skinfield_cgal SYSTEM INTERFACE ${CGAL_INCLUDE_DIR})
+  target_link_libraries(skinfield_cgal INTERFACE ${MPFR_LIBRARY} ${GMP_LIBRARY})
+  target_compile_definitions(skinfield_cgal INTERFACE SKINFIELD_HAVE_CGAL=1)
+  # Its interval arithmetic sets the rounding mode.
+  set_source_files_properties(${PROJECT_SOURCE_DIR}/src/domain/alpha_wrap.cpp PROPERTIES
+    COMPILE_OPTIONS -frounding-math)
+endif()

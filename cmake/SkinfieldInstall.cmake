@@ -5,8 +5,11 @@ include(CMakePackageConfigHelpers)
 
 set(SKINFIELD_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/skinfield)
 
-set_target_properties(skinfield_cholmod PROPERTIES EXPORT_NAME cholmod)
-install(TARGETS skinfield ${SKINFIELD_TARGETS} skinfield_cholmod EXPORT skinfield-targets
+foreach(part cholmod tetgen cgal)
+  set_target_properties(skinfield_${part} PROPERTIES EXPORT_NAME ${part})
+endforeach()
+install(TARGETS skinfield ${SKINFIELD_TARGETS} skinfield_cholmod skinfield_tetgen
+  skinfield_cgal EXPORT skinfield-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT skinfield-targets NAMESPACE skinfield:: DESTINATION ${SKINFIELD_CMAKE_DIR})
 install(TARGETS skinfield_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

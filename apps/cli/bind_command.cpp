@@ -98,6 +98,7 @@ BindOptions bind_options(const Options& o) {
     if (name_of(solver) == o.solver) options.solver = solver;
   options.domain = o.domain == "points" ? BindOptions::DomainKind::points
                    : o.domain == "tris" ? BindOptions::DomainKind::surface
+                   : o.domain == "tets" ? BindOptions::DomainKind::tets
                                         : BindOptions::DomainKind::automatic;
   options.nodes = o.nodes > 0            ? o.nodes
                   : o.quality == "draft" ? 2000
@@ -305,8 +306,9 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--solver", o->solver, "How it is solved: auto, or primal for bbw")
       ->check(CLI::IsMember(solver_names()))
       ->capture_default_str();
-  verb->add_option("--domain", o->domain, "points: inside the shape; tris: on its surface")
-      ->check(CLI::IsMember({"auto", "points", "tris"}))
+  verb->add_option("--domain", o->domain,
+                   "points: inside the shape; tets: tetrahedra in it; tris: on its surface")
+      ->check(CLI::IsMember({"auto", "points", "tets", "tris"}))
       ->capture_default_str();
   verb->add_option("--quality", o->quality, "2000, 16000 or 64000 nodes")
       ->check(CLI::IsMember({"draft", "normal", "high"}))

@@ -46,6 +46,8 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
 void add_compare(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
 void add_transfer(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
 void add_sample(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
+void add_tetrahedralise(CLI::App& app, Common& common,
+                        std::vector<std::pair<CLI::App*, Verb>>& verbs);
 
 /// The options of a verb with the common ones added.
 CLI::App* new_verb(CLI::App& app, Common& common, const std::string& name,

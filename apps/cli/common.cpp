@@ -97,7 +97,7 @@ void check_outputs(const std::vector<std::string>& paths) {
 
 std::string link_profile() {
 #ifdef SKINFIELD_PROFILE_FULL
-  return "full (links SuiteSparse CHOLMOD, whose supernodal module is GPL)";
+  return "full (links TetGen, AGPL; CGAL and CHOLMOD, GPL)";
 #else
   return "permissive (no GPL parts)";
 #endif

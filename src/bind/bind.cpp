@@ -3,6 +3,7 @@
 #include "bind/conditions.h"
 #include "bind/solve_method.h"
 #include "bind/solved_domain.h"
+#include "bind/tet_stage.h"
 #include "skinfield/bind/report.h"
 #include "skinfield/domain/surface_domain.h"
 #include "skinfield/geometry/normals.h"
@@ -88,10 +89,25 @@ void build_vertices(const Conditions& conditions, SolvedDomain& solved) {
 }
 
 /// The best rung of the ladder that stands, with its domain.
-void build_domain(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
-                  BindReport& report, const Progress& progress) {
+void build_domain(const BindOptions& options, const Character& character,
+                  const Conditions& conditions, SolvedDomain& solved, BindReport& report,
+                  const Progress& progress) {
   const bool flat = report.input.planar;
   const bool surface_wanted = options.domain == BindOptions::DomainKind::surface;
+  const bool tets_wanted = options.domain == BindOptions::DomainKind::tets;
+  const bool has_tets = solved.scaled.mesh.T.rows() > 0;
+  if (tets_wanted || (has_tets && options.domain == BindOptions::DomainKind::automatic)) {
+    try {
+      auto domain = make_tet_domain(options, character, solved, report, progress);
+      solved.tets = domain.get();
+      solved.domain = std::move(domain);
+      solved.rung = Rung::volume;
+      return;
+    } catch (const DomainError& error) {
+      if (tets_wanted) throw;
+      report.warnings.push_back(error.message() + ": the weights live on points");
+    }
+  }
   const bool points_wanted =
       !surface_wanted && !(flat && options.domain == BindOptions::DomainKind::automatic);
   check_masses(options, points_wanted);
@@ -129,11 +145,22 @@ void build_domain(const BindOptions& options, const Conditions& conditions, Solv
 
 void describe_domain(const SolvedDomain& solved, BindReport& report) {
   report.rung = solved.rung;
-  report.domain_kind = solved.points ? "points" : solved.has_nodes() ? "surface" : "handles";
+  report.domain_kind = solved.points        ? "points"
+                       : solved.tets        ? "tets"
+                       : solved.has_nodes() ? "surface"
+                                            : "handles";
   if (solved.triangles) report.nodes = static_cast<int>(solved.scaled.mesh.V.rows());
   if (solved.domain) {
     report.nodes = static_cast<int>(solved.domain->nodes().rows());
     report.neighbours = (solved.domain->stiffness().nonZeros() - report.nodes) / 2;
+  }
+  if (solved.tets) {
+    const TetDomainFacts& facts = solved.tets->facts();
+    report.elements = solved.tets->elements().rows();
+    report.split_nodes = facts.new_nodes;
+    report.handle_nodes = facts.handle_nodes;
+    report.node_components = facts.components;
+    report.node_components_without_handle = facts.components_without_handle;
   }
   if (!solved.points) return;
   const PointDomainFacts& facts = solved.points->facts();
@@ -232,9 +259,10 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
   progress("domain", 0);
   InsideTest inside;
   if (facts_of(options.method).on_domain) {
-    build_domain(options, conditions, *solved, report, progress);
+    build_domain(options, character, conditions, *solved, report, progress);
     if (solved->points)
       inside = [&solid = solved->points->solid()](const Vec3& x) { return solid.inside(x); };
+    if (solved->tets) inside = [&tets = *solved->tets](const Vec3& x) { return tets.contains(x); };
   } else {
     build_vertices(conditions, *solved);
     inside = [winding = std::make_shared<WindingNumber>(mesh.V, mesh.F)](const Vec3& x) {
@@ -245,7 +273,7 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
   describe_domain(*solved, report);
   describe_handles(solved->scaled, inside, report);
   for (const std::string& name : report.handles_outside)
-    if (solved->points)
+    if (solved->points || solved->tets)
       report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
 
   const Points normals = solved->points      ? solved->points->solid().normals()

@@ -1,5 +1,6 @@
 #include "bind/conditions.h"
 
+#include "bind/tet_stage.h"
 #include "skinfield/geometry/closest_point.h"
 #include "skinfield/methods/support.h"
 #include "skinfield/weights/mirror.h"
@@ -103,9 +104,11 @@ Conditions conditions_for(const Character& character, const BindOptions& options
 
 RowMatrix start_on_nodes(const Conditions& conditions, const SolvedDomain& solved) {
   if (conditions.start.rows() == 0) return {};
-  // Points take from the vertices that they see; a surface's nodes are the vertices.
-  RowMatrix start =
-      solved.points ? RowMatrix(solved.points->from_mesh() * conditions.start) : conditions.start;
+  // Points take from the vertices that they see, tets from the point of the mesh at or next to
+  // them; a surface's nodes are the vertices.
+  RowMatrix start = conditions.start;
+  if (solved.points) start = solved.points->from_mesh() * conditions.start;
+  if (solved.tets) start = nodes_from_mesh(*solved.tets, solved.scaled.mesh) * conditions.start;
   if (start.rows() != solved.domain->nodes().rows()) return {};
   for (Eigen::Index i = 0; i < start.rows(); ++i) {
     const double sum = start.row(i).sum();

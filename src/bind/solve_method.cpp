@@ -1,5 +1,6 @@
 #include "bind/solve_method.h"
 
+#include "bind/tet_stage.h"
 #include "skinfield/methods/bone_heat.h"
 #include "skinfield/methods/polyharmonic.h"
 
@@ -16,7 +17,9 @@ BoundedBiharmonicProblem problem_on(const SolvedDomain& solved) {
 
 /// A point domain has the painted points among its fixed nodes.
 FixedRows paint_for(const SolvedDomain& solved, const Conditions& conditions) {
-  return solved.points ? FixedRows() : paint_on_nodes(conditions, *solved.domain);
+  if (solved.points) return {};
+  return solved.tets ? paint_on_tets(conditions, *solved.tets)
+                     : paint_on_nodes(conditions, *solved.domain);
 }
 
 BoundedBiharmonicOptions bounded_options(const SolvedDomain& solved, const Conditions& conditions,

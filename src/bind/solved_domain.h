@@ -3,6 +3,7 @@
 
 #include "bind/ladder.h"
 #include "skinfield/domain/point_domain.h"
+#include "skinfield/domain/tet_domain.h"
 #include "skinfield/geometry/closest_point.h"
 
 #include <memory>
@@ -14,6 +15,7 @@ struct SolvedDomain {
   Rung rung = Rung::volume;
   std::unique_ptr<Domain> domain;       ///< null on the rungs of nearest handles
   const PointDomain* points = nullptr;  ///< the same domain, if it is one
+  const TetDomain* tets = nullptr;      ///< the same domain, if it is one
   /// Instead of a domain: the nodes are the mesh's own vertices, and this finds triangles.
   std::unique_ptr<ClosestPointQuery> triangles;
   RowMatrix nodal;          ///< (N, handles)

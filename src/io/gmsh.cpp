@@ -4,6 +4,8 @@
 #include "io/faces.h"
 #include "io/text.h"
 
+#include <fmt/format.h>
+
 #include <unordered_map>
 
 namespace skinfield {
@@ -266,6 +268,26 @@ class Reader {
 
 MeshFile parse_gmsh(std::string_view bytes, const std::string& name) {
   return Reader(bytes, name).read();
+}
+
+std::string format_gmsh(const Points& V, const Triangles& F, const Tetrahedra& T) {
+  fmt::memory_buffer out;
+  const auto to = std::back_inserter(out);
+  fmt::format_to(to, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", V.rows());
+  for (Eigen::Index i = 0; i < V.rows(); ++i) {
+    fmt::format_to(to, "{} {} {} {}\n", i + 1, V(i, 0), V(i, 1), V(i, 2));
+  }
+  fmt::format_to(to, "$EndNodes\n$Elements\n{}\n", F.rows() + T.rows());
+  // Number, type (2: triangle, 4: tetrahedron), two tags: physical and geometrical entity.
+  for (Eigen::Index f = 0; f < F.rows(); ++f) {
+    fmt::format_to(to, "{} 2 2 1 1 {} {} {}\n", f + 1, F(f, 0) + 1, F(f, 1) + 1, F(f, 2) + 1);
+  }
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    fmt::format_to(to, "{} 4 2 1 1 {} {} {} {}\n", F.rows() + t + 1, T(t, 0) + 1, T(t, 1) + 1,
+                   T(t, 2) + 1, T(t, 3) + 1);
+  }
+  fmt::format_to(to, "$EndElements\n");
+  return fmt::to_string(out);
 }
 
 }  // namespace skinfield

@@ -3,6 +3,8 @@
 #include "io/faces.h"
 #include "io/text.h"
 
+#include <fmt/format.h>
+
 namespace skinfield {
 namespace {
 
@@ -121,6 +123,25 @@ class Reader {
 
 MeshFile parse_medit(std::string_view bytes, const std::string& name) {
   return Reader(bytes, name).read();
+}
+
+std::string format_medit(const Points& V, const Triangles& F, const Tetrahedra& T) {
+  fmt::memory_buffer out;
+  const auto to = std::back_inserter(out);
+  fmt::format_to(to, "MeshVersionFormatted 2\nDimension 3\nVertices\n{}\n", V.rows());
+  for (Eigen::Index i = 0; i < V.rows(); ++i) {
+    fmt::format_to(to, "{} {} {} 0\n", V(i, 0), V(i, 1), V(i, 2));
+  }
+  if (F.rows() > 0) fmt::format_to(to, "Triangles\n{}\n", F.rows());
+  for (Eigen::Index f = 0; f < F.rows(); ++f) {
+    fmt::format_to(to, "{} {} {} 0\n", F(f, 0) + 1, F(f, 1) + 1, F(f, 2) + 1);
+  }
+  fmt::format_to(to, "Tetrahedra\n{}\n", T.rows());
+  for (Eigen::Index t = 0; t < T.rows(); ++t) {
+    fmt::format_to(to, "{} {} {} {} 0\n", T(t, 0) + 1, T(t, 1) + 1, T(t, 2) + 1, T(t, 3) + 1);
+  }
+  fmt::format_to(to, "End\n");
+  return fmt::to_string(out);
 }
 
 }  // namespace skinfield

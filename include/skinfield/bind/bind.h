@@ -31,7 +31,7 @@ struct Paint {
 struct BindOptions {
   Method method = Method::bounded_biharmonic;
   Solver solver = Solver::automatic;
-  enum class DomainKind { automatic, points, surface };
+  enum class DomainKind { automatic, points, surface, tets };
   DomainKind domain = DomainKind::automatic;
   int nodes = 16000;
   /// How masses are lumped, on domains that are meshes: a point domain's nodes have their own.
@@ -71,6 +71,9 @@ struct BindReport {
   int nodes = 0, handle_nodes = 0, node_components = 0, node_components_without_handle = 0;
   std::int64_t neighbours = 0;  ///< pairs of nodes that the energy couples directly
   std::int64_t rays = 0;
+  std::string tet_route;  ///< given, split, tetgen, wrap (tetrahedraliser.h); empty without tets
+  std::int64_t elements = 0;  ///< tetrahedra
+  int split_nodes = 0;        ///< made in a given tet mesh for handles without a vertex
   int clean_parts = 0, dirty_parts = 0, passenger_parts = 0, flipped_faces = 0;
   SolveStats solve;  ///< the energy is the method's own, before anything is clamped
   std::int64_t rows = 0, negative = 0, non_finite = 0;

@@ -9,4 +9,7 @@ namespace skinfield {
 /// skipped; hexahedra are refused. Throws InputError.
 MeshFile parse_medit(std::string_view bytes, const std::string& name);
 
+/// V (n,3), F (f,3) or empty, T (t,4), positions with all their digits.
+std::string format_medit(const Points& V, const Triangles& F, const Tetrahedra& T);
+
 }  // namespace skinfield
