@@ -1,6 +1,7 @@
 #include "solve/dense_kernel.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 // The processor's vector width is chosen when the program starts, so that one binary is fast
@@ -163,6 +164,61 @@ void backward_panel(const Panel& panel, const double* below, const int* at, int 
   if (count == 1) return backward_chunks<1>(panel, below, at);
   if (count == 2) return backward_chunks<2>(panel, below, at);
   backward_chunks<3>(panel, below, at);
+}
+
+SKINFIELD_CLONES
+int factor_strip(double* rows, int width, const double* least, StripFactor& factor) {
+  for (int c = 0; c < kStrip; ++c) {
+    std::fill_n(factor.column[c], kStrip, 0.0);
+    factor.inverse[c] = 1;
+    if (c >= width) continue;
+    double& pivot = rows[c * kStrip + c];
+    if (!(pivot > least[c])) return c;
+    pivot = std::sqrt(pivot);
+    const double inverse = 1 / pivot;
+    factor.inverse[c] = inverse;
+    for (int t = c + 1; t < width; ++t) {
+      factor.column[c][t] = rows[t * kStrip + c] *= inverse;
+    }
+    for (int r = c + 1; r < width; ++r) {
+      const double l = rows[r * kStrip + c];
+      for (int q = 0; q < kStrip; q += kChunk) {
+        Four y, x;
+        load(y, rows + r * kStrip + q);
+        load(x, factor.column[c] + q);
+        y -= l * x;
+        store(rows + r * kStrip + q, y);
+      }
+    }
+  }
+  return -1;
+}
+
+SKINFIELD_CLONES
+void solve_strip(double* rows, const double* acc, const StripFactor& factor) {
+  for (int i = 0; i < kKernelRows * kStrip; i += kChunk) {
+    Four y, x;
+    load(y, rows + i);
+    load(x, acc + i);
+    y -= x;
+    store(rows + i, y);
+  }
+  for (int c = 0; c < kStrip; ++c) {
+    Four l[kStripChunks];
+    const int first = c / kChunk;
+    for (int q = first; q < kStripChunks; ++q) load(l[q], factor.column[c] + q * kChunk);
+    for (int r = 0; r < kKernelRows; ++r) {
+      double* y = rows + r * kStrip;
+      const double x = y[c] * factor.inverse[c];
+      for (int q = first; q < kStripChunks; ++q) {
+        Four v;
+        load(v, y + q * kChunk);
+        v -= x * l[q];
+        store(y + q * kChunk, v);
+      }
+      y[c] = x;
+    }
+  }
 }
 
 SKINFIELD_CLONES

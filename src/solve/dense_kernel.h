@@ -15,6 +15,19 @@ constexpr int kKernelRows = 4;
 void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std::ptrdiff_t K,
                     const double* Y, double* acc);
 
+/// The leading part of a strip's own triangle, kept for the rows below it.
+struct StripFactor {
+  double column[kStrip][kStrip];  ///< column[c][t] = L_tc for t > c, else 0
+  double inverse[kStrip];         ///< 1 / L_cc
+};
+
+/// rows (kStrip x kStrip, row-major; lower triangle of a symmetric matrix) := its Cholesky factor,
+/// the first `width` columns. least: what pivots must exceed. Returns the first column that
+/// fails, -1 if none does.
+int factor_strip(double* rows, int width, const double* least, StripFactor& factor);
+/// rows (4 x 12, row-major) := (rows - acc) L^-T.
+void solve_strip(double* rows, const double* acc, const StripFactor& factor);
+
 /// A supernode of L and the rows of X that belong to it.
 struct Panel {
   const double* L;  ///< (size, width) row-major

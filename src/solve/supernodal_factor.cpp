@@ -6,43 +6,96 @@
 #include "solve/supernodal_solve.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstring>
+#include <memory>
 
 namespace skinfield {
 namespace {
 
-constexpr double kLeastPivot = 1e-15;      // of the diagonal entry: less is rounding
-constexpr std::ptrdiff_t kDepth = 256;     // rows of a strip that stay in the first cache
-constexpr std::size_t kRowsPerTask = 128;  // of a front, where its work is shared out
+constexpr double kLeastPivot = 1e-15;     // of the diagonal entry: less is rounding
+constexpr int kDepth = 256;               // rows of a strip that stay in the first cache
+constexpr std::size_t kRowsPerTask = 64;  // of a front, where its work is shared out
 
-/// Rows [begin, end) of F (stride s): F[i][j0..j0+width) -= sum_{k<K} F[i][k] F[j0+t][k].
-void update_rows(double* F, int s, int begin, int end, int j0, int width, int K,
-                 const double* packed) {
-  double acc[kKernelRows * kStrip];
-  for (int k0 = 0; k0 < K; k0 += kDepth) {
-    const std::ptrdiff_t depth = std::min<std::ptrdiff_t>(kDepth, K - k0);
-    for (int i = begin; i < end; i += kKernelRows) {
-      const double* a[kKernelRows];
-      const int rows = std::min(kKernelRows, end - i);
-      for (int r = 0; r < kKernelRows; ++r) {
-        a[r] = F + static_cast<std::ptrdiff_t>(i + std::min(r, rows - 1)) * s + k0;
-      }
-      multiply_strip(a, 1, depth, packed + static_cast<std::ptrdiff_t>(k0) * kStrip, acc);
-      for (int r = 0; r < rows; ++r) {
-        double* row = F + static_cast<std::ptrdiff_t>(i + r) * s + j0;
-        const int limit = std::min(width, i + r - j0 + 1);  // the lower triangle
-        for (int t = 0; t < limit; ++t) row[t] -= acc[r * kStrip + t];
-      }
+/// Memory that is not cleared first.
+class Buffer {
+ public:
+  double* resize(std::size_t size) {
+    if (size > size_) values_ = std::make_unique_for_overwrite<double[]>(size_ = size);
+    return values_.get();
+  }
+  const double* data() const { return values_.get(); }
+  void release() {
+    values_.reset();
+    size_ = 0;
+  }
+
+ private:
+  std::unique_ptr<double[]> values_;
+  std::size_t size_ = 0;
+};
+
+/// What one elimination after the other uses.
+struct Workspace {
+  explicit Workspace(std::size_t n) : local(n) {}
+  std::vector<int> local;  ///< row of the front of a row of the matrix
+  Buffer front, packed;
+};
+
+/// The lower triangle of a dense matrix of which the first `width` columns are eliminated.
+struct Front {
+  double* F;
+  std::ptrdiff_t size;
+  int width;
+  bool shared;  ///< is the work spread over the threads?
+
+  double* row(int i) const { return F + i * size; }
+
+  /// body(begin, end) for all rows from `first` on.
+  template <class Body>
+  void rows(int first, const Body& body) const {
+    const int end = static_cast<int>(size);
+    if (first >= end) return;
+    if (!shared) return body(first, end);
+    parallel_blocks(static_cast<std::size_t>(end - first), kRowsPerTask,
+                    [&](std::size_t from, std::size_t to) {
+                      body(first + static_cast<int>(from), first + static_cast<int>(to));
+                    });
+  }
+};
+
+/// Transposes rows j0 .. j0+width of the first K columns into a strip.
+const double* pack(const Front& front, int j0, int width, int K, Buffer& packed) {
+  double* to = packed.resize(static_cast<std::size_t>(K) * kStrip);
+  for (int t = 0; t < kStrip; ++t) {
+    if (t < width) {
+      const double* from = front.row(j0 + t);
+      for (int k = 0; k < K; ++k) to[k * kStrip + t] = from[k];
+    } else {
+      for (int k = 0; k < K; ++k) to[k * kStrip + t] = 0;
     }
+  }
+  return to;
+}
+
+/// A strip is nearly always full, and a copy of constant size costs no call.
+void copy_strip(const double* from, int width, double* to) {
+  if (width == kStrip) {
+    std::memcpy(to, from, kStrip * sizeof(double));
+  } else {
+    std::copy_n(from, width, to);
   }
 }
 
-/// Transposes rows j0..j0+width of F's first K columns into a strip.
-void pack(const double* F, int s, int j0, int width, int K, std::vector<double>& packed) {
-  packed.assign(static_cast<std::size_t>(K) * kStrip, 0.0);
-  for (int t = 0; t < width; ++t) {
-    const double* row = F + static_cast<std::ptrdiff_t>(j0 + t) * s;
-    for (int k = 0; k < K; ++k) packed[static_cast<std::size_t>(k * kStrip + t)] = row[k];
+/// acc := rows i .. i+count of the first K columns, times the strip.
+void multiply_rows(const Front& front, int i, int count, int K, const double* packed, double* acc) {
+  const double* a[kKernelRows];
+  for (int r = 0; r < kKernelRows; ++r) a[r] = front.row(i + std::min(r, count - 1));
+  multiply_strip(a, 1, std::min(K, kDepth), packed, acc);
+  double more[kKernelRows * kStrip];
+  for (int k0 = kDepth; k0 < K; k0 += kDepth) {
+    for (const double*& row : a) row += kDepth;
+    multiply_strip(a, 1, std::min(K - k0, kDepth), packed + k0 * kStrip, more);
+    for (int e = 0; e < kKernelRows * kStrip; ++e) acc[e] += more[e];
   }
 }
 
@@ -52,16 +105,16 @@ class SupernodalFactor : public SparseFactor::Backend {
 
   void factor(const SparseRows& A) override {
     L_.resize(structure_.values);
-    std::vector<std::vector<double>> updates(structure_.nodes.size());
+    std::vector<Buffer> updates(structure_.nodes.size());
     const auto n = static_cast<std::size_t>(A.rows());
     parallel_for(structure_.subtrees.size(), 1, [&](std::size_t t) {
-      std::vector<int> local(n);
+      Workspace space(n);
       for (int k = structure_.begin[t]; k <= structure_.subtrees[t]; ++k) {
-        eliminate(A, k, updates, local, false);
+        eliminate(A, k, updates, space, false);
       }
     });
-    std::vector<int> local(n);
-    for (const int k : structure_.top) eliminate(A, k, updates, local, true);
+    Workspace space(n);
+    for (const int k : structure_.top) eliminate(A, k, updates, space, true);
   }
 
   void solve(RowMatrix& B) const override {
@@ -89,133 +142,156 @@ class SupernodalFactor : public SparseFactor::Backend {
   }
 
  private:
+  const Supernode& node(int k) const { return structure_.nodes[static_cast<std::size_t>(k)]; }
+
   /// Assembles, factors and stores one front; its Schur complement goes to updates[k].
-  void eliminate(const SparseRows& A, int k, std::vector<std::vector<double>>& updates,
-                 std::vector<int>& local, bool shared) {
-    const Supernode& node = structure_.nodes[static_cast<std::size_t>(k)];
-    const int s = node.size(), w = node.width;
-    for (int j = 0; j < w; ++j) local[static_cast<std::size_t>(node.first + j)] = j;
-    for (int r = w; r < s; ++r) {
-      local[static_cast<std::size_t>(node.rows[static_cast<std::size_t>(r - w)])] = r;
-    }
-    std::vector<double> front(static_cast<std::size_t>(s) * static_cast<std::size_t>(s), 0.0);
-    double* F = front.data();
-    for (int j = 0; j < w; ++j) {
-      const int old = structure_.old_of_new[static_cast<std::size_t>(node.first + j)];
-      for (SparseRows::InnerIterator it(A, old); it; ++it) {
-        const int row = structure_.new_of_old[static_cast<std::size_t>(it.col())];
-        if (row < node.first + j) continue;
-        F[static_cast<std::ptrdiff_t>(local[static_cast<std::size_t>(row)]) * s + j] = it.value();
-      }
-    }
-    for (const int child : node.children) {
-      std::vector<double>& U = updates[static_cast<std::size_t>(child)];
-      const std::vector<int>& rows = structure_.nodes[static_cast<std::size_t>(child)].rows;
-      const std::size_t r = rows.size();
-      for (std::size_t i = 0; i < r; ++i) {
-        double* to = F + static_cast<std::ptrdiff_t>(local[static_cast<std::size_t>(rows[i])]) * s;
-        const double* from = U.data() + i * r;
-        for (std::size_t j = 0; j <= i; ++j)
-          to[local[static_cast<std::size_t>(rows[j])]] += from[j];
-      }
-      std::vector<double>().swap(U);
-    }
-    const Vector diagonal = pivots_before(A, node);
-    factor_panel(F, s, w, node.first, diagonal, shared);
-    complement(F, s, w, shared);
-    double* panel = L_.data() + node.offset;
-    for (int i = 0; i < s; ++i) {
-      std::copy_n(F + static_cast<std::ptrdiff_t>(i) * s, w,
-                  panel + static_cast<std::ptrdiff_t>(i) * w);
-    }
-    const auto r = static_cast<std::size_t>(s - w);
-    if (r == 0) return;
-    std::vector<double>& U = updates[static_cast<std::size_t>(k)];
-    U.resize(r * r);
-    for (std::size_t i = 0; i < r; ++i) {
-      std::copy_n(F + (static_cast<std::size_t>(w) + i) * static_cast<std::size_t>(s) + w, i + 1,
-                  U.data() + i * r);
-    }
+  void eliminate(const SparseRows& A, int k, std::vector<Buffer>& updates, Workspace& space,
+                 bool shared) {
+    const auto size = static_cast<std::size_t>(node(k).size());
+    const Front front{space.front.resize(size * size), node(k).size(), node(k).width, shared};
+    assemble(A, k, updates, space, front);
+    factor_panel(A, node(k).first, front, space.packed);
+    complement(front, space.packed);
+    store(k, front, updates[static_cast<std::size_t>(k)]);
   }
 
-  Vector pivots_before(const SparseRows& A, const Supernode& node) const {
-    Vector diagonal(node.width);
-    for (int j = 0; j < node.width; ++j) {
-      const int old = structure_.old_of_new[static_cast<std::size_t>(node.first + j)];
-      diagonal[j] = A.coeff(old, old);
+  void assemble(const SparseRows& A, int k, std::vector<Buffer>& updates, Workspace& space,
+                const Front& front) const {
+    const Supernode& own = node(k);
+    const auto local = [&](int row) -> int& { return space.local[static_cast<std::size_t>(row)]; };
+    for (int j = 0; j < own.width; ++j) local(own.first + j) = j;
+    for (std::size_t r = 0; r < own.rows.size(); ++r) {
+      local(own.rows[r]) = own.width + static_cast<int>(r);
     }
-    return diagonal;
-  }
-
-  void factor_panel(double* F, int s, int w, int first, const Vector& diagonal, bool shared) const {
-    std::vector<double> packed;
-    for (int j0 = 0; j0 < w; j0 += kStrip) {
-      const int width = std::min(kStrip, w - j0);
-      pack(F, s, j0, width, j0, packed);
-      const auto rows = [&](int begin, int end) {
-        update_rows(F, s, begin, end, j0, width, j0, packed.data());
-      };
-      share(s - j0, shared, [&](int begin, int end) { rows(j0 + begin, j0 + end); });
-      for (int j = j0; j < j0 + width; ++j) {
-        double* row = F + static_cast<std::ptrdiff_t>(j) * s;
-        for (int c = j0; c <= j; ++c) {
-          const double* other = F + static_cast<std::ptrdiff_t>(c) * s;
-          double sum = row[c];
-          for (int t = j0; t < c; ++t) sum -= row[t] * other[t];
-          if (c < j) {
-            row[c] = sum / other[c];
-          } else {
-            if (!(sum > kLeastPivot * diagonal[j])) {
-              throw_not_positive_definite(
-                  structure_.old_of_new[static_cast<std::size_t>(first + j)]);
-            }
-            row[c] = std::sqrt(sum);
-          }
+    front.rows(0, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) std::fill_n(front.row(i), i + 1, 0.0);
+      std::vector<int> place;
+      for (const int child : own.children) {
+        const std::vector<int>& rows = node(child).rows;
+        place.resize(rows.size());
+        std::size_t count = 0;
+        for (; count < rows.size() && local(rows[count]) < end; ++count) {
+          place[count] = local(rows[count]);
+        }
+        auto i = static_cast<std::size_t>(
+            std::lower_bound(place.begin(), place.begin() + static_cast<std::ptrdiff_t>(count),
+                             begin) -
+            place.begin());
+        const double* from = updates[static_cast<std::size_t>(child)].data() + i * (i + 1) / 2;
+        for (; i < count; from += ++i) {
+          double* to = front.row(place[i]);
+          for (std::size_t j = 0; j <= i; ++j) to[place[j]] += from[j];
         }
       }
-      share(s - j0 - width, shared, [&](int begin, int end) {
-        for (int i = j0 + width + begin; i < j0 + width + end; ++i) {
-          double* row = F + static_cast<std::ptrdiff_t>(i) * s;
-          for (int c = j0; c < j0 + width; ++c) {
-            const double* other = F + static_cast<std::ptrdiff_t>(c) * s;
-            double sum = row[c];
-            for (int t = j0; t < c; ++t) sum -= row[t] * other[t];
-            row[c] = sum / other[c];
+    });
+    for (const int child : own.children) updates[static_cast<std::size_t>(child)].release();
+    for (int j = 0; j < own.width; ++j) {
+      const int old = structure_.old_of_new[static_cast<std::size_t>(own.first + j)];
+      for (SparseRows::InnerIterator it(A, old); it; ++it) {
+        const int row = structure_.new_of_old[static_cast<std::size_t>(it.col())];
+        if (row >= own.first + j) front.row(local(row))[j] += it.value();
+      }
+    }
+  }
+
+  /// Strip after strip: what the columns before it take away, its own triangle, the rows below.
+  void factor_panel(const SparseRows& A, int first, const Front& front, Buffer& packed) const {
+    for (int j0 = 0; j0 < front.width; j0 += kStrip) {
+      const int width = std::min(kStrip, front.width - j0);
+      const double* strip = pack(front, j0, width, j0, packed);
+      StripFactor factor;
+      factor_triangle(A, first, front, j0, width, strip, factor);
+      front.rows(j0 + width, [&](int begin, int end) {
+        double acc[kKernelRows * kStrip], rows[kKernelRows * kStrip] = {};
+        for (int i = begin; i < end; i += kKernelRows) {
+          const int count = std::min(kKernelRows, end - i);
+          multiply_rows(front, i, count, j0, strip, acc);
+          for (int r = 0; r < count; ++r) {
+            copy_strip(front.row(i + r) + j0, width, rows + r * kStrip);
+          }
+          solve_strip(rows, acc, factor);
+          for (int r = 0; r < count; ++r) {
+            copy_strip(rows + r * kStrip, width, front.row(i + r) + j0);
           }
         }
       });
     }
   }
 
-  /// The trailing block: F22 -= F21 F21'.
-  static void complement(double* F, int s, int w, bool shared) {
-    const int strips = (s - w + kStrip - 1) / kStrip;
-    const auto strip = [&](int t) {
-      std::vector<double> packed;
-      const int j0 = w + t * kStrip, width = std::min(kStrip, s - j0);
-      pack(F, s, j0, width, w, packed);
-      update_rows(F, s, j0, s, j0, width, w, packed.data());
+  void factor_triangle(const SparseRows& A, int first, const Front& front, int j0, int width,
+                       const double* strip, StripFactor& factor) const {
+    double triangle[kStrip * kStrip] = {}, least[kStrip] = {}, acc[kKernelRows * kStrip];
+    for (int i = 0; i < width; i += kKernelRows) {
+      const int count = std::min(kKernelRows, width - i);
+      multiply_rows(front, j0 + i, count, j0, strip, acc);
+      for (int r = 0; r < count; ++r) {
+        const double* row = front.row(j0 + i + r) + j0;
+        for (int t = 0; t <= i + r; ++t) {
+          triangle[(i + r) * kStrip + t] = row[t] - acc[r * kStrip + t];
+        }
+      }
+    }
+    const auto old = [&](int c) {
+      return structure_.old_of_new[static_cast<std::size_t>(first + j0 + c)];
     };
-    if (shared) {
-      parallel_for(static_cast<std::size_t>(strips), 1,
-                   [&](std::size_t t) { strip(static_cast<int>(t)); });
-    } else {
-      for (int t = 0; t < strips; ++t) strip(t);
+    for (int c = 0; c < width; ++c) least[c] = kLeastPivot * A.coeff(old(c), old(c));
+    const int failed = factor_strip(triangle, width, least, factor);
+    if (failed >= 0) throw_not_positive_definite(old(failed));
+    for (int i = 0; i < width; ++i) {
+      std::copy_n(triangle + i * kStrip, i + 1, front.row(j0 + i) + j0);
     }
   }
 
-  template <class Body>
-  static void share(int rows, bool shared, const Body& body) {
-    if (rows <= 0) return;
-    if (!shared) return body(0, rows);
-    parallel_blocks(static_cast<std::size_t>(rows), kRowsPerTask,
-                    [&](std::size_t begin, std::size_t end) {
-                      body(static_cast<int>(begin), static_cast<int>(end));
-                    });
+  /// The trailing block: F22 -= F21 F21'.
+  static void complement(const Front& front, Buffer& packed) {
+    const int size = static_cast<int>(front.size), w = front.width;
+    const auto strip = [&](int t, Buffer& own) {
+      const int j0 = w + t * kStrip, width = std::min(kStrip, size - j0);
+      const double* columns = pack(front, j0, width, w, own);
+      double acc[kKernelRows * kStrip];
+      for (int i = j0; i < size; i += kKernelRows) {
+        const int count = std::min(kKernelRows, size - i);
+        multiply_rows(front, i, count, w, columns, acc);
+        for (int r = 0; r < count; ++r) {
+          double* row = front.row(i + r) + j0;
+          const int limit = std::min(width, i + r - j0 + 1);  // the lower triangle
+          if (limit == kStrip) {
+            for (int c = 0; c < kStrip; ++c) row[c] -= acc[r * kStrip + c];
+          } else {
+            for (int c = 0; c < limit; ++c) row[c] -= acc[r * kStrip + c];
+          }
+        }
+      }
+    };
+    const int strips = (size - w + kStrip - 1) / kStrip;
+    if (!front.shared) {
+      for (int t = 0; t < strips; ++t) strip(t, packed);
+      return;
+    }
+    parallel_for(static_cast<std::size_t>(strips), 1, [&](std::size_t t) {
+      Buffer own;
+      strip(static_cast<int>(t), own);
+    });
+  }
+
+  void store(int k, const Front& front, Buffer& update) {
+    const auto w = static_cast<std::size_t>(front.width);
+    const std::size_t below = node(k).rows.size();
+    double* panel = L_.data() + node(k).offset;
+    double* U = update.resize(below * (below + 1) / 2);
+    front.rows(0, [&](int begin, int end) {
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+        const double* row = front.row(static_cast<int>(i));
+        std::copy_n(row, std::min(i + 1, w), panel + i * w);
+        if (i < w) continue;
+        const std::size_t r = i - w;
+        std::copy_n(row + w, r + 1, U + r * (r + 1) / 2);
+      }
+    });
   }
 
   SupernodalStructure structure_;
-  std::vector<double> L_;  ///< panels, row-major
+  std::vector<double> L_;  ///< panels, row-major; zero above the diagonal
 };
 
 }  // namespace
