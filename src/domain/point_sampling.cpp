@@ -9,11 +9,9 @@
 #include "skinfield/base/random.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <map>
-#include <numeric>
-#include <unordered_map>
+#include <numbers>
 
 namespace skinfield {
 namespace {
@@ -25,47 +23,59 @@ constexpr double clash = 0.3;           // of h: samples of different handles ar
 constexpr int cell_depth = 6;
 constexpr int cell_tests = 8;
 
-/// Candidates inside the shape with density ~ h^-3, in a random order.
-Points draw_pool(const Solid& solid, const std::vector<InteriorCell>& cells, const SizeField& size,
-                 std::uint64_t seed, std::vector<Site>& sites, const Progress& progress) {
-  std::vector<std::vector<Site>> drawn(cells.size());
+/// Candidates inside the shape with density ~ h^-3, and the order in which darts try them.
+struct Pool {
+  Points X;                ///< cell after cell: neighbours lie close in memory
+  std::vector<double> h;   ///< the size field's shape at each
+  std::vector<int> order;  ///< random
+};
+
+Pool draw_pool(const Solid& solid, const std::vector<InteriorCell>& cells, const SizeField& size,
+               std::uint64_t seed, const Progress& progress) {
+  struct Candidate {
+    Vec3 x;
+    double h;
+  };
+  std::vector<std::vector<Candidate>> drawn(cells.size());
   parallel_for(cells.size(), 8, [&](std::size_t c) {
     progress.check();
     const InteriorCell& cell = cells[c];
     Random random(seed, 0x20000000ull + c);
+    const SizeField local = size.near(cell.centre, std::numbers::sqrt3 * cell.half);
+    const auto density = [](double h) { return 1 / (h * h * h); };
     // A whole cell can be many h wide: draw at its finest density, thin to the local one.
-    const double corner = std::max(size.low(), size.at(cell.centre) - 0.6 * cell.half);
-    const double densest = std::pow(corner, -3);
+    const double corner = std::max(size.low(), local.at(cell.centre) - 0.6 * cell.half);
+    const double densest = density(corner);
     const double expected = pool_per_node * std::pow(2 * cell.half, 3) * densest;
     const int count = static_cast<int>(std::floor(expected + random.uniform()));
     for (int k = 0; k < count; ++k) {
       const Vec3 u(random.uniform(), random.uniform(), random.uniform());
       const Vec3 x = cell.centre + cell.half * (2 * u - Vec3::Ones());
-      if (random.uniform() * densest > std::pow(size.at(x), -3)) continue;
-      Site site;
-      site.x = x;
-      if (!cell.whole) {
-        site = solid.site_near(cell.site, x);
-        if (!solid.inside(site)) continue;
-      }
-      drawn[c].push_back(site);
+      const double h = local.shape(x);
+      if (random.uniform() * densest > density(local.of_shape(h))) continue;
+      if (cell.whole || solid.inside(solid.site_near(cell.site, x))) drawn[c].push_back({x, h});
     }
   });
-  std::vector<Site> all;
-  for (auto& d : drawn) all.insert(all.end(), d.begin(), d.end());
-  std::vector<std::pair<std::uint64_t, std::size_t>> order(all.size());
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    Random random(seed, 0x40000000ull + i);
-    order[i] = {(std::uint64_t{random.bits()} << 32) | random.bits(), i};
-  }
+  std::vector<std::size_t> start(cells.size() + 1, 0);
+  for (std::size_t c = 0; c < cells.size(); ++c) start[c + 1] = start[c] + drawn[c].size();
+  Pool pool;
+  pool.X.resize(static_cast<Eigen::Index>(start.back()), 3);
+  pool.h.resize(start.back());
+  std::vector<std::pair<std::uint64_t, int>> order(start.back());
+  parallel_for(cells.size(), 64, [&](std::size_t c) {
+    for (std::size_t k = 0; k < drawn[c].size(); ++k) {
+      const std::size_t i = start[c] + k;
+      pool.X.row(static_cast<Eigen::Index>(i)) = drawn[c][k].x.transpose();
+      pool.h[i] = drawn[c][k].h;
+      Random random(seed, 0x40000000ull + i);
+      const std::uint64_t high = random.bits();
+      order[i] = {(high << 32) | random.bits(), static_cast<int>(i)};
+    }
+  });
   std::sort(order.begin(), order.end());
-  sites.resize(all.size());
-  Points X(static_cast<Eigen::Index>(all.size()), 3);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    sites[i] = all[order[i].second];
-    X.row(static_cast<Eigen::Index>(i)) = sites[i].x.transpose();
-  }
-  return X;
+  pool.order.reserve(order.size());
+  for (const auto& [key, i] : order) pool.order.push_back(i);
+  return pool;
 }
 
 /// Scales the size field so that the integral of h^-3 over the shape, the number of nodes that it
@@ -227,21 +237,35 @@ FixedNodes fixed_nodes(const Solid& solid, const std::vector<Handle>& handles,
 }
 
 /// The rows of the pool that keep their distance from each other and from the fixed nodes.
-std::vector<int> throw_darts(const Points& pool, const Points& fixed, const SizeField& size,
+std::vector<int> throw_darts(const Pool& pool, const Points& fixed, const SizeField& size,
                              const Progress& progress) {
-  DiskGrid grid(disk * size.low(), static_cast<std::size_t>(pool.rows() / 8));
+  DiskGrid grid(disk * size.low(), pool.order.size() / 8);
   for (Eigen::Index i = 0; i < fixed.rows(); ++i) {
     const Vec3 x = fixed.row(i).transpose();
     grid.add(x, disk * size.at(x), true);
   }
+  const auto position = [&](int i) { return Vec3(pool.X.row(i).transpose()); };
+  const auto radius = [&](int i) {
+    return disk * size.of_shape(pool.h[static_cast<std::size_t>(i)]);
+  };
   std::vector<int> kept;
-  for (Eigen::Index i = 0; i < pool.rows(); ++i) {
-    if ((i & 1023) == 0) progress.check();
-    const Vec3 x = pool.row(i).transpose();
-    const double radius = disk * size.at(x);
-    if (grid.conflicts(x, radius, disk_at_handle)) continue;
-    grid.add(x, radius, false);
-    kept.push_back(static_cast<int>(i));
+  std::vector<char> conflict;
+  // Most candidates conflict with darts long thrown: these are found in parallel, the rest is
+  // tried one after the other, as all would be.
+  for (std::size_t begin = 0, count = 0; begin < pool.order.size(); begin += count) {
+    progress.check();
+    count = std::min(std::max<std::size_t>(256, begin / 4), pool.order.size() - begin);
+    conflict.assign(count, 0);
+    parallel_for(count, 128, [&](std::size_t k) {
+      const int i = pool.order[begin + k];
+      conflict[k] = grid.conflicts(position(i), radius(i), disk_at_handle);
+    });
+    for (std::size_t k = 0; k < count; ++k) {
+      const int i = pool.order[begin + k];
+      if (conflict[k] || grid.conflicts(position(i), radius(i), disk_at_handle)) continue;
+      grid.add(position(i), radius(i), false);
+      kept.push_back(i);
+    }
   }
   return kept;
 }
@@ -297,9 +321,20 @@ double SizeField::shape(const Vec3& x) const {
   return std::sqrt(least);
 }
 
-double SizeField::at(const Vec3& x) const {
-  if (low_ >= high_) return low_;
-  return std::clamp(c_ * shape(x), low_, high_);
+SizeField SizeField::near(const Vec3& x, double radius) const {
+  // A centre's value changes by at most slope * radius on the way, and the least value as well.
+  const double bound = shape(x) + 2 * slope_ * radius * (1 + 1e-9);
+  SizeField part = *this;
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < centres_.rows(); ++i) {
+    const double far = slope_ * (x.transpose() - centres_.row(i)).norm();
+    if (std::max(base_[i], far) > bound) continue;
+    part.centres_.row(kept) = centres_.row(i);
+    part.base_[kept++] = base_[i];
+  }
+  part.centres_.conservativeResize(kept, 3);
+  part.base_.conservativeResize(kept);
+  return part;
 }
 
 Points probe_handles(const std::vector<Handle>& handles, double spacing) {
@@ -334,8 +369,7 @@ SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles
   result.fixed = fixed_nodes(solid, handles, paint, size, options.handle_spacing);
   if (result.fixed.X.rows() == 0)
     throw DomainError("no handle has a part inside the shape", {}, "use the surface as domain");
-  std::vector<Site> pool_sites;
-  const Points pool = draw_pool(solid, cells, size, options.seed, pool_sites, progress);
+  const Pool pool = draw_pool(solid, cells, size, options.seed, progress);
   clock.lap("candidates");
 
   std::vector<int> kept = throw_darts(pool, result.fixed.X, size, progress);
@@ -351,12 +385,12 @@ SampledNodes sample_nodes(const Solid& solid, const std::vector<Handle>& handles
   result.X.resize(first + static_cast<Eigen::Index>(kept.size()), 3);
   result.X.topRows(first) = result.fixed.X;
   for (std::size_t k = 0; k < kept.size(); ++k)
-    result.X.row(first + static_cast<Eigen::Index>(k)) = pool.row(kept[k]);
+    result.X.row(first + static_cast<Eigen::Index>(k)) = pool.X.row(kept[k]);
   clock.lap("darts");
 
   result.sites = solid.sites(result.X);
   for (int step = 0; step < options.lloyd_steps; ++step)
-    lloyd(solid, pool, result.X, result.sites, first, progress);
+    lloyd(solid, pool.X, result.X, result.sites, first, progress);
   clock.lap("lloyd");
   result.spacing.resize(result.X.rows());
   parallel_for(static_cast<std::size_t>(result.X.rows()), 64, [&](std::size_t i) {

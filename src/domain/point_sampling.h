@@ -3,6 +3,7 @@
 
 #include "skinfield/domain/point_domain.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace skinfield {
@@ -23,12 +24,18 @@ class SizeField {
       : centres_(std::move(centres)), base_(std::move(base)), slope_(slope) {}
   void scale(double c, double low, double high) { c_ = c, low_ = low, high_ = high; }
   void stretch(double factor) { c_ *= factor, low_ *= factor, high_ *= factor; }
-  double at(const Vec3& x) const;
+  double at(const Vec3& x) const { return of_shape(shape(x)); }
+  /// The field before it is scaled and clamped, and the field for that.
+  double shape(const Vec3& x) const;
+  double of_shape(double shape) const {
+    return low_ >= high_ ? low_ : std::clamp(c_ * shape, low_, high_);
+  }
+  /// The same field within `radius` of x: without the centres that are nowhere least there.
+  SizeField near(const Vec3& x, double radius) const;
   double low() const { return low_; }
   double high() const { return high_; }
 
  private:
-  double shape(const Vec3& x) const;
   Points centres_;
   Vector base_;
   double slope_ = 0.3, c_ = 1, low_ = 0, high_ = 1e300;
