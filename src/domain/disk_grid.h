@@ -21,7 +21,7 @@ class DiskGrid {
     const int own = level(radius);
     for (int l : {own, own - 1, own + 1}) {
       if (l < 0) continue;
-      const double side = smallest_ * std::exp2(l + 1);
+      const double side = std::ldexp(smallest_, l + 1);
       const double search = 0.5 * (radius + side);  // side: the largest radius of the level
       int low[3], high[3];
       for (int axis = 0; axis < 3; ++axis) {
@@ -45,7 +45,7 @@ class DiskGrid {
   void add(const Vec3& x, double radius, bool handle) {
     if (4 * disks_.size() > table_.size()) grow();
     const int l = level(radius);
-    const double side = smallest_ * std::exp2(l + 1);
+    const double side = std::ldexp(smallest_, l + 1);
     int c[3];
     for (int axis = 0; axis < 3; ++axis) c[axis] = static_cast<int>(std::floor(x[axis] / side));
     Slot& cell = table_[slot(key(l, c[0], c[1], c[2]))];

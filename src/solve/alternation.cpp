@@ -20,6 +20,9 @@ constexpr int kSettle = 4;            // first iterations, which say nothing abo
 constexpr double kBalanced = 0.8;     // primal over dual residual
 constexpr double kHonestRaise = 8.0;  // see Alternation::converged
 constexpr double kWorthShrinking = 0.8;
+constexpr double kRounding = 1e-10;    // of a row's sum, in the start
+constexpr double kDust = 1e-3;         // of the tolerance: rounding of the solves spreads as much
+constexpr double kDoubleBelow = 2e-4;  // tolerance: single-precision panels would show
 
 double largest_difference(const Vector& A, const Vector& B) {
   return parallel_reduce(
@@ -52,12 +55,18 @@ void Alternation::for_rows(const Body& body) const {
 
 Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& options,
                          const FreeRows& free, const Progress& progress)
-    : options_(options), free_(free), progress_(progress), linear_(free.R) {
+    : options_(options),
+      free_(free),
+      progress_(progress),
+      storage_(options.tolerance < kDoubleBelow ? PanelStorage::full : PanelStorage::single),
+      linear_(free.R) {
   progress_.check();
   factor_.analyse(free_.Q);
   const bool warm = options_.start.size() > 0;
   const RowMatrix X = warm ? free_.gather(options_.start) : unconstrained();
   free_.project(X, start_);
+  // Projections spread the rounding of X over all columns, those without any fixed row as well.
+  if (!warm) drop_dust(kRounding, start_);
   d_ = local_penalty(problem, free_, X, start_);
   progress_.check();
   if (!problem.support.empty()) {
@@ -78,7 +87,7 @@ Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& op
     S_ -= active_part(free_.gradient(X)).cwiseQuotient(weight_);
   }
   Z_ = checked_ = active_part(start_);
-  factor_.factor(free_.Q, d_);
+  factor_.factor(free_.Q, d_, storage_);
 }
 
 RowMatrix Alternation::unconstrained() {
@@ -189,6 +198,24 @@ void Alternation::iterate(int it) {
   if (it % kCheckEvery == 0) grow();
 }
 
+RowMatrix Alternation::result() const {
+  RowMatrix W = full(Z_);
+  drop_dust(kDust * options_.tolerance, W);
+  return W;
+}
+
+void Alternation::drop_dust(double dust, RowMatrix& W) const {
+  parallel_for(static_cast<std::size_t>(W.rows()), kRowsPerBlock, [&](std::size_t row) {
+    const auto i = static_cast<Eigen::Index>(row);
+    const double sum = free_.row_sum[i], least = dust * sum;
+    for (Eigen::Index j = 0; j < W.cols(); ++j) {
+      if (W(i, j) < least) W(i, j) = 0;
+    }
+    const double kept = W.row(i).sum();
+    if (kept > 0) W.row(i) *= sum / kept;
+  });
+}
+
 bool Alternation::converged() {
   if (!fresh_check_) return false;
   fresh_check_ = false;
@@ -214,15 +241,21 @@ bool Alternation::certify() {
   split();
   RowMatrix W = full(W_);  // the linear term is zero outside the active rows, as S and Z are
   factor_.solve(W);
-  const Vector inside = active_part(W);
-  RowMatrix L = -(d_.asDiagonal() * W);
-  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
-    for (auto e = begin; e < end; ++e) {
-      L(i, active_.column[static_cast<std::size_t>(e)]) = d_[i] * (2 * Z_[e] - S_[e] - inside[e]);
-    }
-  });
-  // (Q + D) W = D (2Z - S) + R gives Q W - R without another product.
-  lower_ = std::max(lower_, free_.lower_bound(W, L));
+  // L := D (2Z - S - W), which is Q W - R where (Q + D) W = D (2Z - S) + R holds. One step of
+  // refinement brings back the digits that single-precision panels cost.
+  const auto multipliers = [&] {
+    RowMatrix L = -(d_.asDiagonal() * W);
+    for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+      for (auto e = begin; e < end; ++e) {
+        L(i, active_.column[static_cast<std::size_t>(e)]) += d_[i] * (2 * Z_[e] - S_[e]);
+      }
+    });
+    return L;
+  };
+  RowMatrix correction = multipliers() - free_.gradient(W);
+  factor_.solve(correction);
+  W += correction;
+  lower_ = std::max(lower_, free_.lower_bound(W, multipliers()));
   ColumnSets missed(free_.rows(), free_.columns());
   double outside = 0;
   for (Eigen::Index i = 0; i < W.rows(); ++i) {
@@ -316,7 +349,7 @@ void Alternation::scale_penalty(double factor) {
   raised_ *= factor;
   log_ratio_ = 0;
   ratios_ = 0;
-  factor_.factor(free_.Q, d_);
+  factor_.factor(free_.Q, d_, storage_);
   anderson_.forget();
   shrink();
 }

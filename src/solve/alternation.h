@@ -35,12 +35,15 @@ class Alternation {
   bool certify();
 
   const RowMatrix& start() const { return start_; }
-  RowMatrix result() const { return full(Z_); }
+  /// The iterate, feasible, without weights far below the tolerance.
+  RowMatrix result() const;
   double lower_bound() const { return lower_; }
   double change() const { return change_; }
 
  private:
   RowMatrix unconstrained();
+  /// Leaves out weights below `dust` of their row's sum; rows keep their sums.
+  void drop_dust(double dust, RowMatrix& W) const;
   template <class Body>
   void for_entries(const Body& body) const;
   template <class Body>
@@ -68,6 +71,7 @@ class Alternation {
   const SimplexOptions& options_;
   const FreeRows& free_;
   const Progress& progress_;
+  PanelStorage storage_;  ///< of Q + D; Q alone is too badly conditioned for single precision
   SparseFactor factor_;
   Anderson anderson_;
   Vector d_;                   ///< (n) penalties

@@ -45,7 +45,7 @@ class CholmodFactor : public SparseFactor::Backend {
     if (!factor_) throw_failure("analysis");
   }
 
-  void factor(const SparseRows& A) override {
+  void factor(const SparseRows& A, PanelStorage) override {
     cholmod_sparse view = sparse(A);
     cholmod_factorize(&view, factor_, common_.get());
     const int status = common_.get()->status;

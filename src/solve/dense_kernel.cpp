@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 // The processor's vector width is chosen when the program starts, so that one binary is fast
 // everywhere. Sanitizers do not support such functions.
@@ -17,7 +18,6 @@
 namespace skinfield {
 namespace {
 using Four = double __attribute__((vector_size(32)));
-constexpr int kSlab = 64;  // rows of a panel that stay in the second cache
 
 #define SKINFIELD_INLINE inline __attribute__((always_inline))
 
@@ -78,92 +78,157 @@ SKINFIELD_INLINE void scale(double* y, double factor, const int* at) {
   }
 }
 
-template <int Count>
-SKINFIELD_INLINE void forward_chunks(const Panel& p, const int* target, const int* at) {
-  const int w = p.width;
-  const std::ptrdiff_t stride = p.stride;
-  Four acc[kKernelRows][Count];
-  const double* a[kKernelRows];
-  const auto multiply_rows = [&](int i, int rows, int depth) __attribute__((always_inline)) {
-    for (int r = 0; r < kKernelRows; ++r) {
-      a[r] = p.L + static_cast<std::ptrdiff_t>(i + std::min(r, rows - 1)) * w;
-    }
-    multiply<Count>(a, 1, depth, p.Y, stride, at, acc);
-  };
-  for (int i = 0; i < w; i += kKernelRows) {
-    const int rows = std::min(kKernelRows, w - i);
-    multiply_rows(i, rows, i);
-    for (int r = 0; r < rows; ++r) {
-      double* y = p.Y + (i + r) * stride;
-      subtract(y, at, acc[r]);
-      for (int t = i; t < i + r; ++t) eliminate<Count>(y, a[r][t], p.Y + t * stride, at);
-      scale<Count>(y, 1 / a[r][i + r], at);
-    }
-  }
-  for (int i = w; i < p.size; i += kKernelRows) {
-    const int rows = std::min(kKernelRows, p.size - i);
-    multiply_rows(i, rows, w);
-    for (int r = 0; r < rows; ++r) {
-      double* x = p.X + target[i + r - w] * stride;
-      subtract(x, at, acc[r]);
+/// Calls body<Count>(at) for strips of up to three chunks; four go as two and two.
+template <class Body>
+SKINFIELD_INLINE void for_strips(int count, const Body& body) {
+  for (int first = 0; first < count;) {
+    const int left = count - first;
+    if (left == 1) {
+      body(std::integral_constant<int, 1>(), first);
+      first += 1;
+    } else if (left == 2 || left == 4) {
+      body(std::integral_constant<int, 2>(), first);
+      first += 2;
+    } else {
+      body(std::integral_constant<int, 3>(), first);
+      first += 3;
     }
   }
 }
 
-template <int Count>
-SKINFIELD_INLINE void backward_chunks(const Panel& p, const double* below, const int* at) {
+/// Rows i .. i+rows of L, the first `depth` columns, in double precision.
+template <class Value>
+SKINFIELD_INLINE void unpack_rows(const Panel<Value>& p, int i, int rows, int depth,
+                                  const double* (&a)[kKernelRows]) {
+  for (int r = 0; r < kKernelRows; ++r) {
+    double* to = p.scratch + static_cast<std::ptrdiff_t>(r) * p.width;
+    a[r] = r < rows ? to : a[rows - 1];
+    if (r >= rows) continue;
+    const Value* from = p.L + static_cast<std::ptrdiff_t>(i + r) * p.width;
+    for (int k = 0; k < depth; ++k) to[k] = static_cast<double>(from[k]);
+  }
+}
+
+/// Columns j .. j+4 of rows [from, to), one row after the other.
+template <class Value>
+SKINFIELD_INLINE void unpack_columns(const Panel<Value>& p, int j, int from, int to,
+                                     const double* (&a)[kKernelRows]) {
+  const Value* row = p.L + static_cast<std::ptrdiff_t>(from) * p.width + j;
+  double* out = p.scratch;
+  for (int k = from; k < to; ++k, row += p.width, out += kKernelRows) {
+    for (int r = 0; r < kKernelRows; ++r) out[r] = static_cast<double>(row[r]);
+  }
+  for (int r = 0; r < kKernelRows; ++r) a[r] = p.scratch + r;
+}
+
+template <class Value>
+SKINFIELD_INLINE void forward(const Panel<Value>& p, const int* target, const int* at, int count) {
   const int w = p.width;
   const std::ptrdiff_t stride = p.stride;
-  constexpr int kPacked[kStripChunks] = {0, kChunk, 2 * kChunk};
-  Four acc[kKernelRows][Count];
   const double* a[kKernelRows];
-  const auto subtract_rows = [&](int j, int count, int from, int to, const double* rows,
-                                 std::ptrdiff_t step, const int* where)
-      __attribute__((always_inline)) {
-    for (int r = 0; r < kKernelRows; ++r) {
-      a[r] = p.L + static_cast<std::ptrdiff_t>(from) * w + j + std::min(r, count - 1);
-    }
-    multiply<Count>(a, w, to - from, rows, step, where, acc);
-    for (int r = 0; r < count; ++r) {
-      subtract(p.Y + (j + r) * stride, at, acc[r]);
-    }
-  };
+  for (int i = 0; i < w; i += kKernelRows) {
+    const int rows = std::min(kKernelRows, w - i);
+    unpack_rows(p, i, rows, i + rows, a);
+    for_strips(
+        count, [&]<int Count>(std::integral_constant<int, Count>, int first)
+                   __attribute__((always_inline)) {
+                     const int* chunks = at + first;
+                     Four acc[kKernelRows][Count];
+                     multiply<Count>(a, 1, i, p.Y, stride, chunks, acc);
+                     for (int r = 0; r < rows; ++r) {
+                       double* y = p.Y + (i + r) * stride;
+                       subtract(y, chunks, acc[r]);
+                       for (int t = i; t < i + r; ++t) {
+                         eliminate<Count>(y, a[r][t], p.Y + t * stride, chunks);
+                       }
+                       scale<Count>(y, a[r][i + r], chunks);
+                     }
+                   });
+  }
+  for (int i = w; i < p.size; i += kKernelRows) {
+    const int rows = std::min(kKernelRows, p.size - i);
+    unpack_rows(p, i, rows, w, a);
+    for_strips(
+        count, [&]<int Count>(std::integral_constant<int, Count>, int first)
+                   __attribute__((always_inline)) {
+                     const int* chunks = at + first;
+                     Four acc[kKernelRows][Count];
+                     multiply<Count>(a, 1, w, p.Y, stride, chunks, acc);
+                     for (int r = 0; r < rows; ++r) {
+                       subtract(p.X + target[i + r - w] * stride, chunks, acc[r]);
+                     }
+                   });
+  }
+}
+
+template <class Value>
+SKINFIELD_INLINE void backward(const Panel<Value>& p, const double* below, const int* at,
+                               int count) {
+  const int w = p.width;
+  const std::ptrdiff_t stride = p.stride, step = static_cast<std::ptrdiff_t>(count) * kChunk;
+  constexpr int kPacked[kStripChunks] = {0, kChunk, 2 * kChunk};
+  const double* a[kKernelRows];
   // A slab of rows stays in the cache while all columns pass over it.
   for (int from = w; from < p.size; from += kSlab) {
-    const double* rows = below + static_cast<std::ptrdiff_t>(from - w) * Count * kChunk;
+    const int to = std::min(from + kSlab, p.size);
     for (int j = 0; j < w; j += kKernelRows) {
-      subtract_rows(j, std::min(kKernelRows, w - j), from, std::min(from + kSlab, p.size), rows,
-                    Count * kChunk, kPacked);
+      const int columns = std::min(kKernelRows, w - j);
+      unpack_columns(p, j, from, to, a);
+      for_strips(
+          count, [&]<int Count>(std::integral_constant<int, Count>,
+                                int first) __attribute__((always_inline)) {
+            Four acc[kKernelRows][Count];
+            multiply<Count>(a, kKernelRows, to - from, below + (from - w) * step + first * kChunk,
+                            step, kPacked, acc);
+            for (int r = 0; r < columns; ++r) {
+              subtract(p.Y + (j + r) * stride, at + first, acc[r]);
+            }
+          });
     }
   }
   for (int end = w; end > 0;) {
-    const int j = (end - 1) / kKernelRows * kKernelRows, count = end - j;
-    subtract_rows(j, count, end, w, p.Y + end * stride, stride, at);
-    for (int r = count - 1; r >= 0; --r) {
-      double* y = p.Y + (j + r) * stride;
-      for (int t = r + 1; t < count; ++t) {
-        eliminate<Count>(y, p.L[static_cast<std::ptrdiff_t>(j + t) * w + j + r],
-                         p.Y + (j + t) * stride, at);
-      }
-      scale<Count>(y, 1 / p.L[static_cast<std::ptrdiff_t>(j + r) * w + j + r], at);
-    }
+    const int j = (end - 1) / kKernelRows * kKernelRows, columns = end - j;
+    unpack_columns(p, j, j, w, a);
+    const double* triangle = p.scratch;
+    for (const double*& column : a) column += static_cast<std::ptrdiff_t>(columns) * kKernelRows;
+    for_strips(
+        count, [&]<int Count>(std::integral_constant<int, Count>,
+                              int first) __attribute__((always_inline)) {
+          const int* chunks = at + first;
+          Four acc[kKernelRows][Count];
+          multiply<Count>(a, kKernelRows, w - end, p.Y + end * stride, stride, chunks, acc);
+          for (int r = columns - 1; r >= 0; --r) {
+            double* y = p.Y + (j + r) * stride;
+            subtract(y, chunks, acc[r]);
+            for (int t = r + 1; t < columns; ++t) {
+              eliminate<Count>(y, triangle[t * kKernelRows + r], p.Y + (j + t) * stride, chunks);
+            }
+            scale<Count>(y, triangle[r * kKernelRows + r], chunks);
+          }
+        });
     end = j;
   }
 }
 }  // namespace
 
 SKINFIELD_CLONES
-void forward_panel(const Panel& panel, const int* target, const int* at, int count) {
-  if (count == 1) return forward_chunks<1>(panel, target, at);
-  if (count == 2) return forward_chunks<2>(panel, target, at);
-  forward_chunks<3>(panel, target, at);
+void forward_panel(const Panel<double>& panel, const int* target, const int* at, int count) {
+  forward(panel, target, at, count);
 }
 
 SKINFIELD_CLONES
-void backward_panel(const Panel& panel, const double* below, const int* at, int count) {
-  if (count == 1) return backward_chunks<1>(panel, below, at);
-  if (count == 2) return backward_chunks<2>(panel, below, at);
-  backward_chunks<3>(panel, below, at);
+void forward_panel(const Panel<float>& panel, const int* target, const int* at, int count) {
+  forward(panel, target, at, count);
+}
+
+SKINFIELD_CLONES
+void backward_panel(const Panel<double>& panel, const double* below, const int* at, int count) {
+  backward(panel, below, at, count);
+}
+
+SKINFIELD_CLONES
+void backward_panel(const Panel<float>& panel, const double* below, const int* at, int count) {
+  backward(panel, below, at, count);
 }
 
 SKINFIELD_CLONES

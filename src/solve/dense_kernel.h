@@ -28,19 +28,29 @@ int factor_strip(double* rows, int width, const double* least, StripFactor& fact
 /// rows (4 x 12, row-major) := (rows - acc) L^-T.
 void solve_strip(double* rows, const double* acc, const StripFactor& factor);
 
-/// A supernode of L and the rows of X that belong to it.
+/// A supernode of L and the rows of X that belong to it. Value: float or double; sums are double.
+template <class Value>
 struct Panel {
-  const double* L;  ///< (size, width) row-major
+  const Value* L;  ///< (size, width) row-major, inverses on the diagonal; kKernelRows more follow
   int width, size;
   double* Y;  ///< the supernode's own rows of X
   double* X;
-  int stride;  ///< of the rows of X and Y
+  int stride;       ///< of the rows of X and Y
+  double* scratch;  ///< scratch_size(width)
 };
 
-/// Y := L11^-1 Y, then X[target[r]] -= L21 Y, for `count` in 1..3 chunks of columns that begin at
+constexpr int kSlab = 64;  // rows of a panel that stay in the second cache
+inline std::size_t scratch_size(int width) {
+  return static_cast<std::size_t>(kKernelRows) *
+         static_cast<std::size_t>(width > kSlab ? width : kSlab);
+}
+
+/// Y := L11^-1 Y, then X[target[r]] -= L21 Y, for `count` chunks of columns that begin at
 /// at[0], at[1], ...
-void forward_panel(const Panel& panel, const int* target, const int* at, int count);
+void forward_panel(const Panel<double>& panel, const int* target, const int* at, int count);
+void forward_panel(const Panel<float>& panel, const int* target, const int* at, int count);
 /// Y := L11^-T (Y - L21' below). below: (size - width, 4 count) those rows of X.
-void backward_panel(const Panel& panel, const double* below, const int* at, int count);
+void backward_panel(const Panel<double>& panel, const double* below, const int* at, int count);
+void backward_panel(const Panel<float>& panel, const double* below, const int* at, int count);
 
 }  // namespace skinfield

@@ -17,7 +17,7 @@ class EigenFactor : public SparseFactor::Backend {
 
   void analyse(const SparseRows& A) override { ldlt_.analyzePattern(view(A)); }
 
-  void factor(const SparseRows& A) override {
+  void factor(const SparseRows& A, PanelStorage) override {
     ldlt_.factorize(view(A));
     if (ldlt_.info() != Eigen::Success) throw_not_positive_definite(0);
     // LDL' also exists for indefinite matrices; a pivot lost to cancellation is no pivot.

@@ -8,7 +8,8 @@ namespace skinfield {
 struct SparseFactor::Backend {
   virtual ~Backend() = default;
   virtual void analyse(const SparseRows& A) = 0;
-  virtual void factor(const SparseRows& A) = 0;
+  /// `storage` is for backends that have the choice.
+  virtual void factor(const SparseRows& A, PanelStorage storage) = 0;
   virtual void solve(RowMatrix& B) const = 0;
   /// By way of the dense solve, where a backend has nothing better.
   virtual void solve(const ActiveRows& active, Vector& values) const;

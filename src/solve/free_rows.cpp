@@ -53,6 +53,11 @@ class NonZeros {
   void add(Eigen::Index row, double q, double* sum) const {
     const auto base = static_cast<std::size_t>(row * columns_);
     const int count = count_[static_cast<std::size_t>(row)];
+    if (count == columns_) {  // full rows need no index
+      const double* value = value_.data() + base;
+      for (Eigen::Index j = 0; j < columns_; ++j) sum[j] += q * value[j];
+      return;
+    }
     for (int t = 0; t < count; ++t) {
       const std::size_t at = base + static_cast<std::size_t>(t);
       sum[index_[at]] += q * value_[at];

@@ -60,7 +60,7 @@ void SparseFactor::analyse(const SparseRows& A) {
   if (n_ > 0) backend_->analyse(A);
 }
 
-void SparseFactor::factor(const SparseRows& A, const Vector& shift) {
+void SparseFactor::factor(const SparseRows& A, const Vector& shift, PanelStorage storage) {
   if (A.rows() != n_ || (shift.size() != 0 && shift.size() != n_)) {
     throw SolveError("the matrix is not the one analysed", "sparse factor");
   }
@@ -69,12 +69,12 @@ void SparseFactor::factor(const SparseRows& A, const Vector& shift) {
     throw SolveError("the matrix holds infinite or undefined values", "sparse factor",
                      "check the mesh for degenerate elements");
   }
-  if (shift.size() == 0) return backend_->factor(A);
+  if (shift.size() == 0) return backend_->factor(A, storage);
   SparseRows shifted = A;
   for (Eigen::Index i = 0; i < n_; ++i) {
     shifted.valuePtr()[diagonal_[static_cast<std::size_t>(i)]] += shift[i];
   }
-  backend_->factor(shifted);
+  backend_->factor(shifted, storage);
 }
 
 void SparseFactor::solve(RowMatrix& B) const {

@@ -103,8 +103,17 @@ class SupernodalFactor : public SparseFactor::Backend {
  public:
   void analyse(const SparseRows& A) override { structure_ = analyse_supernodes(A); }
 
-  void factor(const SparseRows& A) override {
-    L_.resize(structure_.values);
+  void factor(const SparseRows& A, PanelStorage storage) override {
+    storage_ = storage;
+    // Kernels read past the last row.
+    const std::size_t size = structure_.values + kKernelRows;
+    if (single()) {
+      std::vector<double>().swap(full_);
+      single_.resize(size);
+    } else {
+      std::vector<float>().swap(single_);
+      full_.resize(size);
+    }
     std::vector<Buffer> updates(structure_.nodes.size());
     const auto n = static_cast<std::size_t>(A.rows());
     parallel_for(structure_.subtrees.size(), 1, [&](std::size_t t) {
@@ -125,11 +134,11 @@ class SupernodalFactor : public SparseFactor::Backend {
     for (std::size_t e = 0; e < all.column.size(); ++e) {
       all.column[e] = static_cast<int>(e % static_cast<std::size_t>(all.columns));
     }
-    solve_supernodal(structure_, L_.data(), all, B.data());
+    solve_panels(all, B.data());
   }
 
   void solve(const ActiveRows& active, Vector& values) const override {
-    solve_supernodal(structure_, L_.data(), active, values.data());
+    solve_panels(active, values.data());
   }
 
   std::int64_t nonzeros() const override {
@@ -142,6 +151,13 @@ class SupernodalFactor : public SparseFactor::Backend {
   }
 
  private:
+  bool single() const { return storage_ == PanelStorage::single; }
+
+  void solve_panels(const ActiveRows& active, double* values) const {
+    if (single()) return solve_supernodal(structure_, single_.data(), active, values);
+    solve_supernodal(structure_, full_.data(), active, values);
+  }
+
   const Supernode& node(int k) const { return structure_.nodes[static_cast<std::size_t>(k)]; }
 
   /// Assembles, factors and stores one front; its Schur complement goes to updates[k].
@@ -152,7 +168,8 @@ class SupernodalFactor : public SparseFactor::Backend {
     assemble(A, k, updates, space, front);
     factor_panel(A, node(k).first, front, space.packed);
     complement(front, space.packed);
-    store(k, front, updates[static_cast<std::size_t>(k)]);
+    Buffer& update = updates[static_cast<std::size_t>(k)];
+    single() ? store(k, front, single_, update) : store(k, front, full_, update);
   }
 
   void assemble(const SparseRows& A, int k, std::vector<Buffer>& updates, Workspace& space,
@@ -274,16 +291,21 @@ class SupernodalFactor : public SparseFactor::Backend {
     });
   }
 
-  void store(int k, const Front& front, Buffer& update) {
+  template <class Value>
+  void store(int k, const Front& front, std::vector<Value>& panels, Buffer& update) const {
     const auto w = static_cast<std::size_t>(front.width);
     const std::size_t below = node(k).rows.size();
-    double* panel = L_.data() + node(k).offset;
+    Value* panel = panels.data() + node(k).offset;
     double* U = update.resize(below * (below + 1) / 2);
     front.rows(0, [&](int begin, int end) {
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
         const double* row = front.row(static_cast<int>(i));
-        std::copy_n(row, std::min(i + 1, w), panel + i * w);
-        if (i < w) continue;
+        Value* to = panel + i * w;
+        for (std::size_t j = 0; j < std::min(i, w); ++j) to[j] = static_cast<Value>(row[j]);
+        if (i < w) {
+          to[i] = static_cast<Value>(1 / row[i]);
+          continue;
+        }
         const std::size_t r = i - w;
         std::copy_n(row + w, r + 1, U + r * (r + 1) / 2);
       }
@@ -291,7 +313,10 @@ class SupernodalFactor : public SparseFactor::Backend {
   }
 
   SupernodalStructure structure_;
-  std::vector<double> L_;  ///< panels, row-major; zero above the diagonal
+  PanelStorage storage_ = PanelStorage::full;
+  /// Panels, row-major: the inverse of the diagonal on it, zero above it. One of the two is used.
+  std::vector<double> full_;
+  std::vector<float> single_;
 };
 
 }  // namespace

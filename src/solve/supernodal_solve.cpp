@@ -10,9 +10,10 @@
 namespace skinfield {
 namespace {
 
+template <class Value>
 class Solve {
  public:
-  Solve(const SupernodalStructure& structure, const double* L, const ActiveRows& active,
+  Solve(const SupernodalStructure& structure, const Value* L, const ActiveRows& active,
         double* values)
       : s_(structure),
         L_(L),
@@ -28,29 +29,36 @@ class Solve {
     parallel_for(s_.subtrees.size(), 1, [&](std::size_t t) {
       for (int k = s_.begin[t]; k <= s_.subtrees[t]; ++k) load(k);
       for (int row = s_.spare[t]; row < s_.spare[t + 1]; ++row) clear(s_.subtrees[t], row);
-      for (int k = s_.begin[t]; k <= s_.subtrees[t]; ++k) forward(k, 0, chunks_);
+      Scratch scratch;
+      for (int k = s_.begin[t]; k <= s_.subtrees[t]; ++k) forward(k, 0, chunks_, scratch);
     });
     for_top([&](int k) { load(k); });
-    const int strips = (chunks_ + kStripChunks - 1) / kStripChunks;
+    // An even number of parts, so that two threads get as much each.
+    const int wide = 2 * kStripChunks;
+    const int strips = std::min(chunks_, 2 * ((chunks_ + wide - 1) / wide));
     parallel_for(static_cast<std::size_t>(strips), 1, [&](std::size_t strip) {
       const int begin = static_cast<int>(strip) * chunks_ / strips;
       const int end = (static_cast<int>(strip) + 1) * chunks_ / strips;
-      std::vector<double> gathered;
+      Scratch scratch;
       for (std::size_t t = 0; t < s_.subtrees.size(); ++t) collect(t, begin, end);
-      for (const int k : s_.top) forward(k, begin, end);
-      for (std::size_t t = s_.top.size(); t-- > 0;) backward(s_.top[t], begin, end, gathered);
+      for (const int k : s_.top) forward(k, begin, end, scratch);
+      for (std::size_t t = s_.top.size(); t-- > 0;) backward(s_.top[t], begin, end, scratch);
     });
     for_top([&](int k) { store(k); });
     parallel_for(s_.subtrees.size(), 1, [&](std::size_t t) {
-      std::vector<double> gathered;
+      Scratch scratch;
       for (int k = s_.subtrees[t]; k >= s_.begin[t]; --k) {
-        backward(k, 0, chunks_, gathered);
+        backward(k, 0, chunks_, scratch);
         store(k);
       }
     });
   }
 
  private:
+  struct Scratch {
+    std::vector<double> panel, gathered;
+  };
+
   const Supernode& node(int k) const { return s_.nodes[static_cast<std::size_t>(k)]; }
   double* row(int i) const { return X_.get() + static_cast<std::ptrdiff_t>(i) * stride_; }
 
@@ -128,25 +136,20 @@ class Solve {
     }
   }
 
-  /// Calls visit(offsets, count) for the supernode's chunks in [begin, end), kStripChunks at once.
+  /// Calls visit(offsets, count) for the supernode's chunks in [begin, end).
   template <class Visit>
-  void strips(int k, int begin, int end, const Visit& visit) const {
+  void chunks(int k, int begin, int end, const Visit& visit) const {
     const auto from = at_.begin() + first_[static_cast<std::size_t>(k)];
     const auto to = at_.begin() + first_[static_cast<std::size_t>(k) + 1];
-    auto at = std::lower_bound(from, to, begin * kChunk);
+    const auto at = std::lower_bound(from, to, begin * kChunk);
     const auto last = std::lower_bound(at, to, end * kChunk);
-    while (at < last) {
-      const auto left = static_cast<int>(last - at);
-      const int count = left == kStripChunks + 1 ? 2 : std::min(left, kStripChunks);
-      visit(&*at, count);
-      at += count;
-    }
+    if (at < last) visit(&*at, static_cast<int>(last - at));
   }
 
   /// Adds what subtree t sends to the rows above it.
   void collect(std::size_t t, int begin, int end) const {
     const Supernode& root = node(s_.subtrees[t]);
-    strips(s_.subtrees[t], begin, end, [&](const int* at, int count) {
+    chunks(s_.subtrees[t], begin, end, [&](const int* at, int count) {
       for (std::size_t r = 0; r < root.rows.size(); ++r) {
         const double* from = row(s_.spare[t] + static_cast<int>(r));
         double* to = row(root.rows[r]);
@@ -157,34 +160,36 @@ class Solve {
     });
   }
 
-  Panel panel(int k) const {
+  Panel<Value> panel(int k, Scratch& scratch) const {
     const Supernode& n = node(k);
-    return {L_ + n.offset, n.width, n.size(), row(n.first), X_.get(), stride_};
+    if (scratch.panel.size() < scratch_size(n.width)) scratch.panel.resize(scratch_size(n.width));
+    return {L_ + n.offset,       n.width, n.size(), row(n.first), X_.get(), stride_,
+            scratch.panel.data()};
   }
 
-  void forward(int k, int begin, int end) const {
-    strips(k, begin, end, [&](const int* at, int count) {
-      forward_panel(panel(k), node(k).target.data(), at, count);
+  void forward(int k, int begin, int end, Scratch& scratch) const {
+    chunks(k, begin, end, [&](const int* at, int count) {
+      forward_panel(panel(k, scratch), node(k).target.data(), at, count);
     });
   }
 
-  void backward(int k, int begin, int end, std::vector<double>& gathered) const {
-    const auto below = node(k).rows.size();
-    gathered.resize(below * kStrip);
-    strips(k, begin, end, [&](const int* at, int count) {
-      double* to = gathered.data();
+  void backward(int k, int begin, int end, Scratch& scratch) const {
+    chunks(k, begin, end, [&](const int* at, int count) {
+      const std::size_t size = node(k).rows.size() * static_cast<std::size_t>(count) * kChunk;
+      if (scratch.gathered.size() < size) scratch.gathered.resize(size);
+      double* to = scratch.gathered.data();
       for (const int i : node(k).rows) {
         const double* from = row(i);
         for (int q = 0; q < count; ++q, to += kChunk) {
           std::memcpy(to, from + at[q], kChunk * sizeof(double));
         }
       }
-      backward_panel(panel(k), gathered.data(), at, count);
+      backward_panel(panel(k, scratch), scratch.gathered.data(), at, count);
     });
   }
 
   const SupernodalStructure& s_;
-  const double* L_;
+  const Value* L_;
   const ActiveRows& active_;
   double* values_;
   int chunks_, stride_;
@@ -195,6 +200,11 @@ class Solve {
 }  // namespace
 
 void solve_supernodal(const SupernodalStructure& structure, const double* L,
+                      const ActiveRows& active, double* values) {
+  Solve(structure, L, active, values).run();
+}
+
+void solve_supernodal(const SupernodalStructure& structure, const float* L,
                       const ActiveRows& active, double* values) {
   Solve(structure, L, active, values).run();
 }

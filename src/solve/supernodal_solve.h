@@ -7,9 +7,12 @@
 namespace skinfield {
 
 /// values := the active entries of A^-1 B, where B is `values` on `active` and zero elsewhere.
-/// L: the panels of the factor. Supernodes carry only the columns that reach them from below, in
-/// chunks of four. Subtrees run in parallel, then the supernodes above them in strips of columns.
+/// L: the panels of the factor, as Panel has them. Supernodes carry only the columns that reach
+/// them from below, in chunks of four. Subtrees run in parallel, then the supernodes above them in
+/// strips of columns.
 void solve_supernodal(const SupernodalStructure& structure, const double* L,
+                      const ActiveRows& active, double* values);
+void solve_supernodal(const SupernodalStructure& structure, const float* L,
                       const ActiveRows& active, double* values);
 
 }  // namespace skinfield

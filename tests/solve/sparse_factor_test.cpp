@@ -119,6 +119,33 @@ INSTANTIATE_TEST_SUITE_P(Backends, EveryBackend,
                          ::testing::Values(FactorBackend::supernodal, FactorBackend::cholmod,
                                            FactorBackend::eigen));
 
+TEST(SparseFactor, SinglePanelsCostDigitsOfTheSolutionOnly) {
+  const SparseRows K = grid_laplacian(9);
+  const Vector shift = Vector::Constant(K.rows(), 0.1);
+  const RowMatrix B = random_matrix(K.rows(), 50);
+  RowMatrix X[2] = {B, B};
+  for (const auto storage : {PanelStorage::full, PanelStorage::single}) {
+    SparseFactor factor(FactorBackend::supernodal);
+    factor.analyse(K);
+    factor.factor(K, shift, storage);
+    RowMatrix& Y = X[storage == PanelStorage::single];
+    factor.solve(Y);
+    const RowMatrix R = K * Y + shift.asDiagonal() * Y - B;
+    const double residual = R.cwiseAbs().maxCoeff() / Y.cwiseAbs().maxCoeff();
+    if (storage == PanelStorage::full) {
+      EXPECT_LT(residual, 1e-13);
+    } else {
+      EXPECT_LT(residual, 1e-5);
+      EXPECT_GT(residual, 1e-10) << "not stored in single precision";
+      // One step of refinement, which iterations do anyway, brings the digits back.
+      RowMatrix correction = -R;
+      factor.solve(correction);
+      Y += correction;
+    }
+  }
+  EXPECT_LT((X[0] - X[1]).cwiseAbs().maxCoeff(), 1e-10 * X[0].cwiseAbs().maxCoeff());
+}
+
 TEST(SparseFactor, TinyAndEmpty) {
   SparseFactor factor;
   SparseRows A(1, 1);

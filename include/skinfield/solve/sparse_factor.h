@@ -17,6 +17,13 @@ enum class FactorBackend {
   eigen,       ///< Eigen's SimplicialLDLT
 };
 
+/// How our own backend keeps the factor, which is always computed in double precision. The others
+/// know only doubles.
+enum class PanelStorage {
+  full,    ///< residuals of solves near 1e-15 of |A| |X|
+  single,  ///< half the memory and traffic; residuals near 1e-7: for iterations that correct them
+};
+
 bool has_cholmod();
 
 /// A = P' L L' P. One symbolic analysis serves every matrix with the same pattern. Solves give
@@ -36,7 +43,8 @@ class SparseFactor {
   /// Factors A + diag(shift); A has the pattern that was analysed. An empty shift adds nothing.
   /// @throws SolveError if the matrix is not positive definite or not finite. (Rounding can hide
   /// that a matrix is singular.)
-  void factor(const SparseRows& A, const Vector& shift = {});
+  void factor(const SparseRows& A, const Vector& shift = {},
+              PanelStorage storage = PanelStorage::full);
   /// Replaces B (n,m) by A^-1 B. Precondition: factor() succeeded.
   void solve(RowMatrix& B) const;
   /// The same for right-hand sides that are zero outside `active`, of whose solutions only the
