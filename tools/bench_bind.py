@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Times `skinfield bind` end to end: the hand at three qualities, one thread against two, and a
-character refined to 500,000 triangles. CPU seconds beside wall seconds, and what must be reached.
+"""Times `skinfield bind` end to end: the hand at three qualities, every stage with one thread and
+with two, and a character of 60 bones refined to 500,000 triangles. CPU seconds beside wall
+seconds, and what must be reached.
 
-    bench_bind.py [--program P] [--data D] [--out FOLDER]
+    bench_bind.py [--program P] [--data D] [--out FOLDER] [--rounds N] [--only PART]
 """
 
 import argparse
@@ -61,18 +62,65 @@ def hand(options):
             tv = judge.row_distances(judge.read_npz(output), reference).mean()
             print(f"    TV to exact weights on refined tets: {tv:.4f}")
 
-    rows = {}
-    for threads in (1, 2):
-        rows[threads] = bind(options, mesh, options.out / f"bench-threads{threads}.npz", *skeleton,
-                             "--threads", threads)
-        show(f"hand, normal, {threads} thread(s)", rows[threads])
-    if not any("failure" in row for row in rows.values()):
-        print(f"    two threads: {rows[1]['wall'] / rows[2]['wall']:.2f} times as fast (at least "
-              f"1.6); {'the same' if rows[1]['bytes'] == rows[2]['bytes'] else 'DIFFERENT'} bytes")
+
+def threads(options):
+    """Stage by stage, one thread against two: the least of several alternating runs, since other
+    work on the machine only ever adds."""
+    mesh = options.data / "fem" / "hand.mesh"
+    if not mesh.exists():
+        return
+    best, same = {}, set()
+    for _ in range(options.rounds):
+        for count in (1, 2):
+            row = bind(options, mesh, options.out / f"bench-threads{count}.npz", "--skeleton",
+                       mesh.with_suffix(".tgf"), "--domain", "points", "--threads", count)
+            if "failure" in row:
+                return show(f"hand, {count} thread(s)", row)
+            same.add(row["bytes"])
+            stages = {name: (wall, at(row["report"], "cpu_s", name, default=None))
+                      for name, wall in row["report"]["timings_s"].items()}
+            for name, (wall, cpu) in {**stages, "all": (row["wall"], row["cpu"])}.items():
+                old = best.setdefault(name, {}).get(count, (np.inf, np.inf))
+                best[name][count] = (min(old[0], wall), cpu and min(old[1], cpu))
+    print(f"hand, normal, by threads (least of {options.rounds}):\n"
+          f"    {'stage':22} {'wall 1':>8} {'wall 2':>8} {'ratio':>6} {'CPU 1':>8} {'CPU 2':>8}")
+    for name, row in best.items():
+        (wall1, cpu1), (wall2, cpu2) = row[1], row[2]
+        cpu = f"{cpu1:8.3f} {cpu2:8.3f}" if cpu1 else ""
+        print(f"    {name:22} {wall1:8.3f} {wall2:8.3f} {wall1 / wall2:6.2f} {cpu}")
+    print(f"    (all: at least 1.6; {'the same' if len(same) == 1 else 'DIFFERENT'} bytes; machine "
+          f"load {os.getloadavg()[0]:.1f})")
+
+
+def split_skeleton(sample, bones, output):
+    """A TGF skeleton of a sample character whose longest bones are halved until there are so many.
+    The samples' nodes have translations alone."""
+    data = sample.read_bytes()
+    nodes = json.loads(data[20:20 + int.from_bytes(data[12:16], "little")])["nodes"]
+    place, edges = {}, []
+    children = {child for node in nodes for child in node.get("children", [])}
+    stack = [(k, np.zeros(3)) for k, node in enumerate(nodes)
+             if k not in children and "mesh" not in node]
+    while stack:
+        k, origin = stack.pop()
+        place[k] = origin + np.array(nodes[k].get("translation", [0, 0, 0]))
+        for child in nodes[k].get("children", []):
+            edges.append((k, child))
+            stack.append((child, place[k]))
+    while len(edges) < bones:
+        longest = max(edges, key=lambda e: np.linalg.norm(place[e[0]] - place[e[1]]))
+        middle = len(nodes) + len(place)
+        place[middle] = (place[longest[0]] + place[longest[1]]) / 2
+        edges.remove(longest)
+        edges += [(longest[0], middle), (middle, longest[1])]
+    number = {k: i + 1 for i, k in enumerate(place)}
+    lines = ["{} {} {} {}".format(number[k], *x) for k, x in place.items()]
+    lines += ["#"] + [f"{number[a]} {number[b]}" for a, b in edges]
+    output.write_text("\n".join(lines) + "\n")
 
 
 def triangles(options):
-    """Time against boundary triangles at fixed nodes."""
+    """Time against boundary triangles at fixed nodes, 60 bones."""
     measured = []
     for count in (16000, 60000, 125000, 500000):
         sample = options.out / f"gecko-{count}.glb"
@@ -81,7 +129,10 @@ def triangles(options):
         if made["code"] != 0:
             print(f"gecko, {count:,} triangles: {last_line(made['err'])}")
             continue
-        row = bind(options, sample, options.out / f"gecko-{count}-bound.glb")
+        skeleton = options.out / "gecko-60.tgf"
+        split_skeleton(sample, 60, skeleton)
+        row = bind(options, sample, options.out / f"gecko-{count}-bound.npz", "--skeleton",
+                   skeleton)
         if "failure" not in row:
             faces = at(row["report"], "input", "faces", default=count)
             handles = at(row["report"], "input", "handles", default=0)
@@ -101,6 +152,8 @@ def main():
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
     parser.add_argument("--data", type=Path, default=Path(
         os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
+    parser.add_argument("--rounds", type=int, default=3, help="runs with each number of threads")
+    parser.add_argument("--only", choices=["hand", "threads", "triangles"])
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "bench")
     options = parser.parse_args()
     options.program = options.program.resolve()
@@ -108,8 +161,9 @@ def main():
         sys.exit(f"bench: {options.program} is not built (make build)")
     options.out.mkdir(parents=True, exist_ok=True)
     print(f"on {machine()}")
-    hand(options)
-    triangles(options)
+    for part in (hand, threads, triangles):
+        if options.only in (None, part.__name__):
+            part(options)
 
 
 if __name__ == "__main__":
