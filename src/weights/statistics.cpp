@@ -131,11 +131,18 @@ WeightStatistics weight_statistics(const SkinWeights& weights, std::span<const i
   return result;
 }
 
-Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double tolerance) {
+Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double tolerance,
+                      std::span<const int> exempt) {
   if (weights.vertices() != mesh.V.rows()) {
     throw InputError("weights have " + std::to_string(weights.vertices()) + " rows, the mesh has " +
                          std::to_string(mesh.V.rows()) + " vertices",
                      "extrema");
+  }
+  std::vector<char> judged(static_cast<std::size_t>(mesh.V.rows()), 1);
+  for (const int v : exempt) {
+    if (v < 0 || v >= mesh.V.rows())
+      throw InputError("an exempt vertex is out of range", "extrema");
+    judged[static_cast<std::size_t>(v)] = 0;
   }
   const Neighbours graph = neighbours(mesh);
   const auto m = static_cast<std::size_t>(weights.columns());
@@ -152,7 +159,7 @@ Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double toler
     std::vector<std::size_t> touched;
     for (auto i = static_cast<Eigen::Index>(begin); i < static_cast<Eigen::Index>(end); ++i) {
       const auto around = graph.of(i);
-      if (around.empty()) continue;
+      if (around.empty() || !judged[static_cast<std::size_t>(i)]) continue;
       touched.clear();
       for (SparseRows::InnerIterator it(weights.W, i); it; ++it) {
         const auto j = static_cast<std::size_t>(it.col());
@@ -175,13 +182,13 @@ Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double toler
         const bool all = seen[j] == around.size();
         const double top = all ? high[j] : std::max(high[j], 0.0);
         const double bottom = all ? low[j] : std::min(low[j], 0.0);
-        if (own[j] > top + tolerance && own[j] < 1 - tolerance) {
-          ++found.maxima;
-          ++found.column[j];
-        } else if (own[j] < bottom - tolerance && own[j] > tolerance) {
-          ++found.minima;
-          ++found.column[j];
-        }
+        const bool maximum = own[j] > top + tolerance && own[j] < 1 - tolerance;
+        const bool minimum = own[j] < bottom - tolerance && own[j] > tolerance;
+        if (!maximum && !minimum) continue;
+        ++(maximum ? found.maxima : found.minima);
+        ++found.column[j];
+        found.places.push_back({static_cast<int>(i), static_cast<int>(j), maximum, own[j],
+                                maximum ? own[j] - top : bottom - own[j]});
       }
       for (const std::size_t j : touched) {
         own[j] = high[j] = low[j] = 0;
@@ -194,6 +201,7 @@ Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double toler
     a.maxima += b.maxima;
     a.minima += b.minima;
     for (std::size_t j = 0; j < a.column.size(); ++j) a.column[j] += b.column[j];
+    a.places.insert(a.places.end(), b.places.begin(), b.places.end());
     return a;
   };
   return parallel_reduce(static_cast<std::size_t>(weights.vertices()), rows::block, fresh(), part,

@@ -103,5 +103,39 @@ TEST(LocalExtrema, LeavesHandlesAndZerosAlone) {
   EXPECT_EQ(both.minima, 1);
 }
 
+TEST(LocalExtrema, SaysWhereAndByHowMuch) {
+  const Mesh mesh = grid_mesh(9);
+  RowMatrix W(81, 2);
+  for (int i = 0; i < 81; ++i) {
+    W(i, 0) = 0.5 + 0.2 * (mesh.V(i, 0) + 0.3 * mesh.V(i, 1));
+    W(i, 1) = 1 - W(i, 0);
+  }
+  const double before = W(40, 0);
+  W(40, 0) += 0.2;
+  W(40, 1) -= 0.2;
+  const Extrema found = local_extrema(sparse_weights(W), mesh);
+  ASSERT_EQ(found.places.size(), static_cast<std::size_t>(found.maxima + found.minima));
+  int at_bump = 0;
+  for (std::size_t k = 0; k < found.places.size(); ++k) {
+    const Extremum& place = found.places[k];
+    if (k > 0) {
+      EXPECT_LE(found.places[k - 1].vertex, place.vertex);
+    }
+    if (place.vertex != 40) continue;
+    ++at_bump;
+    EXPECT_EQ(place.maximum, place.column == 0);
+    EXPECT_EQ(place.weight, W(40, place.column));
+    // A neighbour lies higher than the old weight, but less than the bump.
+    EXPECT_GT(place.excess, 0);
+    EXPECT_LT(place.excess, W(40, 0) - before);
+  }
+  EXPECT_EQ(at_bump, 2);
+  const std::vector<int> exempt = {40};
+  const Extrema rest = local_extrema(sparse_weights(W), mesh, 1e-6, exempt);
+  EXPECT_EQ(rest.places.size(), found.places.size() - 2);
+  const std::vector<int> wrong = {81};
+  EXPECT_THROW(local_extrema(sparse_weights(W), mesh, 1e-6, wrong), InputError);
+}
+
 }  // namespace
 }  // namespace skinfield

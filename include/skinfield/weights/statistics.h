@@ -34,13 +34,23 @@ struct WeightStatistics {
 /// `columns`: the ones that should bind something (those of the deforming joints); empty = all.
 WeightStatistics weight_statistics(const SkinWeights& weights, std::span<const int> columns = {});
 
+struct Extremum {
+  int vertex = -1, column = -1;
+  bool maximum = false;
+  double weight = 0;
+  double excess = 0;  ///< by how much it lies above (below) the nearest neighbour's weight
+};
 struct Extrema {
   Eigen::Index maxima = 0, minima = 0;  ///< all columns together
   std::vector<Eigen::Index> column;     ///< (m) maxima + minima of a column
+  std::vector<Extremum> places;         ///< ascending by vertex
 };
 /// Spurious local extrema: vertices whose weight lies by more than `tolerance` above (below) all
 /// their neighbours along the edges of mesh.F and mesh.T, values within `tolerance` of 1 (of 0)
-/// left out. Throws InputError if the weights' rows are not the mesh's vertices.
-Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double tolerance = 1e-6);
+/// left out, and so are the vertices of `exempt`: where weights are prescribed, an extremum is no
+/// fault of the method. Throws InputError if the weights' rows are not the mesh's vertices, or an
+/// exempt vertex is none of them.
+Extrema local_extrema(const SkinWeights& weights, const Mesh& mesh, double tolerance = 1e-6,
+                      std::span<const int> exempt = {});
 
 }  // namespace skinfield
