@@ -1,0 +1,66 @@
+// Weights without local extrema that minimise the biharmonic energy among the solutions of
+// anisotropic Laplace equations (Wang and Solomon 2021, "Fast quasi-harmonic weights for geometric
+// data interpolation").
+#pragma once
+
+#include "skinfield/solve/simplex_qp.h"
+
+#include <vector>
+
+namespace skinfield {
+
+/// Views, to be kept alive by the caller.
+struct QuasiHarmonicProblem {
+  const Points& V;
+  const Tetrahedra& T;     ///< used if it has rows,
+  const Triangles& F;      ///< else this
+  const Vector& M;         ///< (N) > 0
+  const FixedRows& fixed;  ///< (k,m): m is the number of columns
+};
+
+/// The tensors at the start: the identity (harmonic weights), or the identity divided by the
+/// squared distance to the nearest fixed node, straight or inside the domain by the heat method.
+/// All in units of the element's volume.
+enum class TensorStart { identity, inverse_square, heat };
+
+struct QuasiHarmonicOptions {
+  TensorStart start_tensors = TensorStart::heat;
+  int max_iterations = 24;  ///< steps of the customised Adam; the paper takes 10 or 20
+  double rate = 0.1;        ///< of the first round
+  int round = 4;            ///< steps until the rate halves and the moments are reset
+  /// Stops after a round that lowered the energy by less than this share; 0: never.
+  double tolerance = 1e-4;
+  /// Projects to the simplex inside the objective. Without, weights can be mildly negative where
+  /// the mesh is not Delaunay.
+  bool project = true;
+  double kappa = 0.2;       ///< bounds the tensors' condition by 1 + 2 / kappa
+  double epsilon = 1e-4;    ///< least eigenvalue, in units of the tensors' scale
+  double time_limit_s = 0;  ///< 0: none; else the best weights so far, status limit
+  RowMatrix start;          ///< (N,m) the values of locked columns, or empty
+  std::vector<int> locked;  ///< columns kept from `start`
+  FixedRows paint;          ///< more fixed rows; they win over the problem's
+};
+
+struct QuasiHarmonicResult {
+  RowMatrix W;                 ///< (N,m) rows on the simplex if projected; the best found
+  RowMatrix unprojected;       ///< (N,m) the same before projection; sums 1 over the open columns
+  std::vector<int> unreached;  ///< nodes that no element path joins to a fixed row: zero rows
+  /// Energies are 1/2 tr(W' K M^-1 K W) over the columns not locked. The problem is not convex: no
+  /// bound is known, so that lower_bound is 0, and kkt_residual (not measured) is not a number.
+  SolveStats stats;
+  std::vector<double> history;  ///< energies: [0] at the start, [k] after k steps
+  /// The tensors of W: unit eigenvectors of the largest eigenvalue (elements,3), and the largest
+  /// eigenvalue over the smallest (section 7.4). Zero and 1 in degenerate elements.
+  Points direction;
+  Vector condition;
+};
+
+/// With locked columns the others minimise the same energy as (1 - locked sum) times quasi-harmonic
+/// weights of the open handles alone: rows stay on the simplex, and it is those functions, before
+/// the factor, that are free of extrema.
+/// @throws SolveError if no row is fixed, sizes do not fit or options are out of range.
+QuasiHarmonicResult quasi_harmonic(const QuasiHarmonicProblem& problem,
+                                   const QuasiHarmonicOptions& options = {},
+                                   const Progress& progress = {});
+
+}  // namespace skinfield

@@ -1,0 +1,236 @@
+#include "skinfield/methods/quasi_harmonic.h"
+
+#include "methods/handle_distance.h"
+#include "methods/locks.h"
+#include "methods/quasi_harmonic_objective.h"
+#include "skinfield/base/error.h"
+#include "skinfield/base/parallel.h"
+#include "skinfield/methods/bounded_biharmonic.h"
+#include "skinfield/solve/adam.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace skinfield {
+namespace {
+
+constexpr const char* kWhere = "quasi-harmonic weights";
+constexpr double kLeastParameter = 0.01;  // of a' = 1/a, whose pole at 0 steps must not cross
+
+void check(const QuasiHarmonicProblem& problem, const QuasiHarmonicOptions& options,
+           Eigen::Index columns) {
+  const Eigen::Index n = problem.V.rows();
+  const auto refuse = [](const std::string& what) { throw SolveError(what, kWhere); };
+  if (problem.T.rows() == 0 && problem.F.rows() == 0) refuse("the mesh has no elements");
+  if (problem.M.size() != n) refuse("V and M differ in size");
+  if (!(problem.M.minCoeff() > 0) || !problem.M.allFinite()) refuse("a mass is not positive");
+  if (options.start.size() && (options.start.rows() != n || options.start.cols() != columns)) {
+    refuse("the start has a wrong size");
+  }
+  if (!options.locked.empty() && options.start.size() == 0) refuse("locked columns need a start");
+  for (const int j : options.locked) {
+    if (j < 0 || j >= columns) refuse("locked column " + std::to_string(j) + " does not exist");
+  }
+  if (!(options.kappa > 0) || !(options.epsilon >= 0) || !(options.rate > 0) || options.round < 1 ||
+      options.max_iterations < 0) {
+    refuse("an option is out of range");
+  }
+}
+
+template <class Elements>
+Points element_centres(const Points& V, const Elements& E) {
+  Points centres = Points::Zero(E.rows(), 3);
+  for (Eigen::Index i = 0; i < E.cols(); ++i) centres += V(E.col(i), Eigen::all);
+  return centres / static_cast<double>(E.cols());
+}
+
+/// 1 / (distance to the nearest handle)^2, blunted by the element's own size (section 7.5).
+Vector inverse_square(Vector distance, const AnisotropicStiffness& stiffness) {
+  const double power = 2.0 / stiffness.dimension();
+  for (Eigen::Index e = 0; e < distance.size(); ++e) {
+    const double square = distance[e] * distance[e] + std::pow(stiffness.volumes()[e], power);
+    distance[e] = square > 0 ? 1 / square : 0;
+  }
+  // Only ratios matter; elements of no volume get whatever is harmless.
+  const double mean = distance.mean();
+  for (double& s : distance) s = s > 0 && mean > 0 ? s / mean : 1;
+  return distance;
+}
+
+template <class Elements>
+Vector start_scale(TensorStart start, const Points& V, const Elements& E, const Vector& M,
+                   const AnisotropicStiffness& stiffness, const std::vector<int>& nodes) {
+  if (start == TensorStart::identity) return Vector::Ones(E.rows());
+  if (start == TensorStart::inverse_square) {
+    return inverse_square(straight_distance(element_centres(V, E), V, nodes), stiffness);
+  }
+  const double mean = stiffness.volumes().mean();
+  // A tetrahedron of volume v has edges of about 2 v^(1/3), a triangle of area a 1.5 a^(1/2).
+  const double edge = stiffness.dimension() == 3 ? 2 * std::cbrt(mean) : 1.5 * std::sqrt(mean);
+  const Vector nodal = heat_distance(stiffness, M, edge, nodes);
+  Vector distance = Vector::Zero(E.rows());
+  for (Eigen::Index i = 0; i < E.cols(); ++i) {
+    distance += nodal(E.col(i)) / static_cast<double>(E.cols());
+  }
+  return inverse_square(distance, stiffness);
+}
+
+/// The fixed rows of the open columns, each with sum 1. Rows of locked handles alone become free.
+FixedRows open_rows(const FixedRows& fixed, const Locks& locks) {
+  if (!locks.any()) return fixed;
+  FixedRows result;
+  RowMatrix rows(fixed.weights.rows(), static_cast<Eigen::Index>(locks.open().size()));
+  for (std::size_t k = 0; k < fixed.node.size(); ++k) {
+    const auto to = static_cast<Eigen::Index>(result.node.size());
+    for (std::size_t t = 0; t < locks.open().size(); ++t) {
+      rows(to, static_cast<Eigen::Index>(t)) =
+          fixed.weights(static_cast<Eigen::Index>(k), locks.open()[t]);
+    }
+    const double sum = rows.row(to).sum();
+    if (!(sum > 0)) continue;
+    rows.row(to) /= sum;
+    result.node.push_back(fixed.node[k]);
+  }
+  result.weights = rows.topRows(static_cast<Eigen::Index>(result.node.size()));
+  return result;
+}
+
+void describe_tensors(const AnisotropicStiffness& stiffness, const Eigen::MatrixXd& A,
+                      QuasiHarmonicResult& result) {
+  const int d = stiffness.dimension();
+  result.direction.setZero(A.rows(), 3);
+  result.condition.setOnes(A.rows());
+  parallel_for(static_cast<std::size_t>(A.rows()), 1024, [&](std::size_t row) {
+    const auto e = static_cast<Eigen::Index>(row);
+    if (stiffness.volumes()[e] == 0) return;
+    Eigen::Matrix3d one = Eigen::Matrix3d::Zero();
+    Eigen::Index k = 0;
+    for (int c = 0; c < d; ++c) {
+      for (int r = c; r < d; ++r) one(r, c) = A(e, k++);
+    }
+    Vec3 local = Vec3::Zero();
+    if (d == 3) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(one);
+      local = eigen.eigenvectors().col(2);
+      result.condition[e] = eigen.eigenvalues()[2] / eigen.eigenvalues()[0];
+    } else {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(one.topLeftCorner<2, 2>());
+      local.head<2>() = eigen.eigenvectors().col(1);
+      result.condition[e] = eigen.eigenvalues()[1] / eigen.eigenvalues()[0];
+    }
+    result.direction.row(e) = (stiffness.frame(e) * local).transpose();
+  });
+}
+
+/// Steps until a limit, the tolerance or the caller ends them; the best state met.
+QuasiHarmonicObjective::State optimise(QuasiHarmonicObjective& objective,
+                                       const QuasiHarmonicOptions& options, Eigen::MatrixXd theta,
+                                       QuasiHarmonicResult& result, const Progress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto late = [&] {
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin;
+    return options.time_limit_s > 0 && passed.count() > options.time_limit_s;
+  };
+  AdamOptions adam_options;
+  adam_options.rate = options.rate;
+  adam_options.restart = options.round;
+  Adam adam(adam_options);
+  SolveStats& stats = result.stats;
+  stats.status = SolveStats::Status::limit;
+  stats.energy = std::numeric_limits<double>::infinity();
+  QuasiHarmonicObjective::State best;
+  Eigen::MatrixXd gradient;
+  RowMatrix round_begin;
+  for (int k = 0;; ++k) {
+    progress.check();
+    progress("weights", static_cast<double>(k) / std::max(1, options.max_iterations));
+    const double energy = objective.evaluate(theta);
+    result.history.push_back(energy);
+    stats.iterations = k;
+    const bool round_ends = k > 0 && k % options.round == 0;
+    if (round_ends) {
+      const double last = result.history[static_cast<std::size_t>(k - options.round)];
+      if (options.tolerance > 0 && last - energy <= options.tolerance * energy) {
+        stats.status = SolveStats::Status::converged;
+      }
+      stats.largest_change = (objective.state().weights - round_begin).cwiseAbs().maxCoeff();
+    }
+    const bool last_step =
+        stats.status == SolveStats::Status::converged || k == options.max_iterations || late();
+    if (!last_step) {
+      if (k % options.round == 0) round_begin = objective.state().weights;
+      objective.gradient(theta, gradient);
+    }
+    if (energy < stats.energy) {
+      stats.energy = energy;
+      objective.exchange(best);
+    }
+    if (last_step) return best;
+    adam.step(gradient, theta);
+    theta.col(0) = theta.col(0).cwiseMax(kLeastParameter);
+  }
+}
+
+}  // namespace
+
+QuasiHarmonicResult quasi_harmonic(const QuasiHarmonicProblem& problem,
+                                   const QuasiHarmonicOptions& options, const Progress& progress) {
+  const FixedRows all = merge(problem.fixed, options.paint);
+  const Eigen::Index columns = all.weights.cols(), n = problem.V.rows();
+  check(problem, options, columns);
+  const Locks locks(options.locked, columns);
+  const FixedRows fixed = open_rows(all, locks);
+  if (fixed.node.empty()) {
+    throw SolveError("no row is fixed", kWhere, "give at least one open handle inside the shape");
+  }
+  RowMatrix kept;
+  Vector share;
+  if (locks.any()) {
+    kept.resize(n, columns);
+    for (Eigen::Index i = 0; i < n; ++i) kept.row(i) = locks.part(options.start, i);
+    share = (1 - kept.rowwise().sum().array()).cwiseMax(0.0);
+  }
+
+  const bool solid = problem.T.rows() > 0;
+  const AnisotropicStiffness stiffness = solid ? AnisotropicStiffness(problem.V, problem.T)
+                                               : AnisotropicStiffness(problem.V, problem.F);
+  TensorModel model;
+  model.kappa = options.kappa;
+  model.epsilon = options.epsilon;
+  model.scale = solid ? start_scale(options.start_tensors, problem.V, problem.T, problem.M,
+                                    stiffness, fixed.node)
+                      : start_scale(options.start_tensors, problem.V, problem.F, problem.M,
+                                    stiffness, fixed.node);
+  progress.check();
+  QuasiHarmonicObjective objective(stiffness, problem.M, fixed, std::move(model), share,
+                                   options.project);
+
+  QuasiHarmonicResult result;
+  QuasiHarmonicObjective::State best =
+      optimise(objective, options, identity_parameters(stiffness.elements(), stiffness.dimension()),
+               result, progress);
+  describe_tensors(stiffness, best.tensors, result);
+  result.W = std::move(best.weights);
+  result.unprojected = std::move(best.solved);
+  result.stats.relative_gap = 1;
+  result.stats.kkt_residual = std::numeric_limits<double>::quiet_NaN();
+  result.unreached = objective.unreached();
+  if (locks.any()) {
+    RowMatrix unprojected = kept;
+    for (std::size_t t = 0; t < locks.open().size(); ++t) {
+      kept.col(locks.open()[t]) = result.W.col(static_cast<Eigen::Index>(t));
+      unprojected.col(locks.open()[t]) = result.unprojected.col(static_cast<Eigen::Index>(t));
+    }
+    result.W = std::move(kept);
+    result.unprojected = std::move(unprojected);
+    for (const int v : result.unreached) result.W.row(v).setZero();
+  }
+  return result;
+}
+
+}  // namespace skinfield
