@@ -197,6 +197,23 @@ TEST(MeshFormats, MeditAndGmshGiveTheSameTet) {
   EXPECT_EQ(asset.characters[0].mesh.F.rows(), 4);
 }
 
+TEST(MeshFormats, TetsGoOutAndComeBackToTheLastBit) {
+  Points V(5, 3);
+  V << 0, 0, 0, 1.0 / 3, 0, 1e-300, 0, -1.5e17, 0, 0.1, 0.2, 0.3, 1, 1, 1;
+  Tetrahedra T(2, 4);
+  T << 0, 1, 2, 3, 4, 3, 2, 1;
+  for (const Triangles& F : {two_triangles(), Triangles(0, 3)}) {
+    const MeshFile medit = parse_medit(format_medit(V, F, T), "a.mesh");
+    const MeshFile gmsh = parse_gmsh(format_gmsh(V, F, T), "a.msh");
+    EXPECT_EQ(medit.V, V);
+    EXPECT_EQ(medit.T, T);
+    EXPECT_EQ(medit.F, F);
+    EXPECT_EQ(gmsh.V, V);
+    EXPECT_EQ(gmsh.T, T);
+    EXPECT_EQ(gmsh.F, F);
+  }
+}
+
 TEST(MeshFormats, HalfReadFilesAreRefusedAtTheirPlace) {
   expect_refused([] { parse_obj("v 0 0 0\nf 1 2 3\n", "a.obj"); }, "a.obj:2: a face names vertex");
   expect_refused([] { parse_obj("v 0 zero 0\n", "a.obj"); }, "\"zero\" is not a number");
