@@ -134,7 +134,7 @@ TetDomain::TetDomain(const Points& V, const Tetrahedra& T, const std::vector<Han
   d.facts.handle_nodes = static_cast<int>(d.fixed.node.size());
   if (!handles.empty() && d.fixed.node.empty()) {
     throw DomainError("no handle has a part inside the tet mesh", kWhere,
-                      "check the skeleton's position and scale");
+                      "check the skeleton's position and scale, or use --domain points");
   }
   count_components(d.K, d.fixed, d.facts);
   d.boundary = boundary_faces(d.V, d.T);

@@ -150,8 +150,8 @@ TetSplit split_at_handles(const Points& V, const Tetrahedra& T,
       on[h] = make_vertices(samples, handles[h], holders, splitter, tolerance);
       result.split_handles += on[h].empty() ? 0 : 1;
     }
-    result.V = splitter.V();
-    result.T = splitter.T();
+    result.V = splitter.points();
+    result.T = splitter.tets();
     result.made = splitter.made();
     // A new vertex may lie on other handles too: those that cross there.
     for (int v = static_cast<int>(V.rows()); v < splitter.vertices(); ++v) {

@@ -109,7 +109,7 @@ void TetSplitter::replace_by_children(int tet, const std::vector<int>& corner, i
   }
 }
 
-Points TetSplitter::V() const {
+Points TetSplitter::points() const {
   Points V(static_cast<Eigen::Index>(V_.size()), 3);
   for (std::size_t i = 0; i < V_.size(); ++i) {
     V.row(static_cast<Eigen::Index>(i)) = V_[i].transpose();
@@ -117,7 +117,7 @@ Points TetSplitter::V() const {
   return V;
 }
 
-Tetrahedra TetSplitter::T() const {
+Tetrahedra TetSplitter::tets() const {
   Tetrahedra T(static_cast<Eigen::Index>(T_.size()), 4);
   for (std::size_t t = 0; t < T_.size(); ++t) {
     for (int c = 0; c < 4; ++c) {

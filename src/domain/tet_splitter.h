@@ -29,8 +29,8 @@ class TetSplitter {
   Vec3 position(const Place& place) const;
   int vertices() const { return static_cast<int>(V_.size()); }
   /// The mesh as it is now: the vertices and tets there were come first.
-  Points V() const;
-  Tetrahedra T() const;
+  Points points() const;
+  Tetrahedra tets() const;
   /// What the new vertices were made from, in order.
   const std::vector<Place>& made() const { return made_; }
 

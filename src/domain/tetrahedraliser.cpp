@@ -23,6 +23,7 @@ constexpr double kWrapOffset = 1.0 / 30;  // of alpha (findings: closed in 17 of
 constexpr double kLongEdge = 1.5;         // of the edges inside, from which on surface edges split
 // Box diagonal over alpha, coarse to fine: closed gaps open up, until the wrap comes out hollow.
 constexpr std::array<double, 8> kWrapFineness{10, 14, 20, 28, 40, 56, 75, 100};
+constexpr std::array<double, 3> kSheetFineness{7, 5, 3};
 
 struct CleanSurface {
   Points V;
@@ -134,37 +135,49 @@ std::int64_t count_inside(const Mesh& closed, const Points& X) {
 struct ChosenWrap {
   AlphaWrap wrap;
   double alpha = 0;
+  double volume = 0;
+  std::int64_t holds = 0;  ///< of the handles' samples
 };
 
 /// Alpha as small as it may be: gaps between limbs stay open, but the wrap is not hollow. A wrap
 /// turns hollow where it can slip through the holes: it loses its volume and the handles in it.
-/// Nor shall it have more vertices than asked for.
+/// Nor shall it have more vertices than asked for. Sheets, which are hollow at once, take the
+/// finest of the coarser wraps that holds the handles.
 ChosenWrap search_wrap(const Mesh& mesh, const Points& probes, Eigen::Index most_vertices,
                        double time_limit_s, const Progress& progress) {
-  constexpr double least_volume = 0.5, least_inside = 0.95;
-  ChosenWrap chosen;
-  double volume = 0;
-  std::int64_t inside = 0;
+  constexpr double least_volume = 0.5, least_inside = 0.85, hollow = 0.5;
   const double size = diagonal(bounding_box(mesh.V));
-  for (const double fineness : kWrapFineness) {
+  std::int64_t inside = 0;
+  const auto wrapped = [&](double fineness) {
     progress("wrap", fineness / kWrapFineness.back());
     const double alpha = size / fineness;
-    AlphaWrap wrap = alpha_wrap(mesh, alpha, alpha * kWrapOffset, time_limit_s, progress);
-    if (!wrap.good) {
-      if (chosen.alpha == 0) chosen.wrap = std::move(wrap);  // for its reason
+    ChosenWrap made{alpha_wrap(mesh, alpha, alpha * kWrapOffset, time_limit_s, progress), alpha, 0,
+                    0};
+    if (!made.wrap.good) return made;
+    made.volume = std::abs(signed_volume(made.wrap.surface.V, made.wrap.surface.F));
+    made.holds = count_inside(made.wrap.surface, probes);
+    return made;
+  };
+  const auto share = [](std::int64_t part, std::int64_t whole) {
+    return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 1.0;
+  };
+  ChosenWrap chosen = wrapped(kWrapFineness.front());
+  if (!chosen.wrap.good) return chosen;
+  if (share(chosen.holds, probes.rows()) < hollow) {
+    for (const double fineness : kSheetFineness) {
+      ChosenWrap coarser = wrapped(fineness);
+      if (!coarser.wrap.good || share(coarser.holds, probes.rows()) < hollow) continue;
+      return coarser;
+    }
+  }
+  for (std::size_t k = 1; k < kWrapFineness.size(); ++k) {
+    inside = std::max(inside, chosen.holds);
+    ChosenWrap next = wrapped(kWrapFineness[k]);
+    if (!next.wrap.good || next.volume < least_volume * chosen.volume ||
+        share(next.holds, inside) < least_inside || next.wrap.surface.V.rows() > most_vertices) {
       break;
     }
-    const double now = std::abs(signed_volume(wrap.surface.V, wrap.surface.F));
-    const std::int64_t holds = count_inside(wrap.surface, probes);
-    if (chosen.alpha > 0 &&
-        (now < least_volume * volume ||
-         static_cast<double>(holds) < least_inside * static_cast<double>(inside)))
-      break;
-    if (chosen.alpha > 0 && wrap.surface.V.rows() > most_vertices) break;
-    inside = std::max(inside, holds);
-    volume = now;
-    chosen.wrap = std::move(wrap);
-    chosen.alpha = alpha;
+    chosen = std::move(next);
   }
   return chosen;
 }
@@ -277,7 +290,7 @@ Tetrahedralisation tetrahedralise(const Mesh& surface, const std::vector<Handle>
   soup.F = closed.F;
   const ChosenWrap chosen =
       search_wrap(soup, probes, options.nodes, options.time_limit_s, progress);
-  if (chosen.alpha == 0) {
+  if (!chosen.wrap.good) {
     throw DomainError("no tetrahedra: " + result.why_not_direct +
                           "; the wrap around it failed: " + chosen.wrap.why,
                       where, kRemedy);

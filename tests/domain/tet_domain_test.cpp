@@ -165,8 +165,8 @@ TEST(TetDomain, NeighboursStillShareFacesAfterSplits) {
     const Vec3 made = splitter.position(splitter.make_vertex(place));
     EXPECT_LT((made - x).norm(), 0.08) << i;
   }
-  const Points V = splitter.V();
-  const Tetrahedra T = splitter.T();
+  const Points V = splitter.points();
+  const Tetrahedra T = splitter.tets();
   // No hanging vertices: the boundary is still the box, with the box's area.
   const Triangles F = boundary_faces(V, T);
   EXPECT_NEAR(face_areas(V, F).sum(), 6, 1e-12);
@@ -186,8 +186,8 @@ TEST(TetDomain, SplitsKeepTheOrientationOfEveryTet) {
   for (int i = 0; i < 300; ++i) {
     splitter.make_vertex(splitter.find(random_point(static_cast<std::uint64_t>(i), 0, 1)));
   }
-  const Points V = splitter.V();
-  const Tetrahedra T = splitter.T();
+  const Points V = splitter.points();
+  const Tetrahedra T = splitter.tets();
   ASSERT_GT(T.rows(), mesh.T.rows() + 500);
   for (Eigen::Index t = 0; t < T.rows(); ++t) EXPECT_GT(signed_volume(V, T, t), 0) << t;
 }
