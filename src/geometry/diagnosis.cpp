@@ -3,6 +3,7 @@
 #include "geometry/edges.h"
 #include "skinfield/base/parallel.h"
 #include "skinfield/base/random.h"
+#include "skinfield/geometry/plane.h"
 #include "skinfield/geometry/ray_scene.h"
 
 #include <Eigen/Dense>
@@ -26,15 +27,6 @@ Points finite_rows(const Points& V) {
   for (Eigen::Index i = 0; i < V.rows(); ++i)
     if (V.row(i).allFinite()) kept.row(n++) = V.row(i);
   return kept.topRows(n);
-}
-
-bool in_one_plane(const Points& V, double limit) {
-  const Eigen::RowVector3d mean = V.colwise().mean();
-  const Points r = V.rowwise() - mean;
-  const Eigen::Matrix3d spread = r.transpose() * r;
-  const Vec3 normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
-  const Vector height = r * normal;
-  return height.maxCoeff() - height.minCoeff() <= limit;
 }
 
 Vec3 corner(const Points& V, std::int32_t i) { return V.row(i).transpose(); }
@@ -166,7 +158,7 @@ Diagnosis diagnose(const Mesh& mesh, const DiagnosisOptions& options, const Prog
   d.non_finite_vertices = mesh.V.rows() - finite.rows();
   if (finite.rows() > 0) {
     d.box = bounding_box(finite);
-    d.planar = in_one_plane(finite, kFlat * diagonal(d.box));
+    d.planar = plane_of(finite, kFlat * diagonal(d.box)).has_value();
   }
   const Welded welded = weld(mesh.V);
   d.merged_vertices = welded.V.rows();
@@ -176,6 +168,8 @@ Diagnosis diagnose(const Mesh& mesh, const DiagnosisOptions& options, const Prog
     std::vector<char> used(static_cast<std::size_t>(mesh.V.rows()), 0);
     for (Eigen::Index i = 0; i < mesh.F.size(); ++i) used[mesh.F.data()[i]] = 1;
     for (Eigen::Index i = 0; i < mesh.T.size(); ++i) used[mesh.T.data()[i]] = 1;
+    const Segments& E = mesh.outline.E;
+    for (Eigen::Index i = 0; i < E.size(); ++i) used[E.data()[i]] = 1;
     d.unreferenced_vertices = std::count(used.begin(), used.end(), 0);
   }
   progress.check();

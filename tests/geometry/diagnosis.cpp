@@ -89,6 +89,16 @@ TEST(Diagnosis, OneFlippedFaceDisagreesAlongThreeEdges) {
   EXPECT_TRUE(diagnose(torus).watertight);
 }
 
+TEST(Diagnosis, AnOutlineUsesItsVertices) {
+  Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {});
+  mesh.outline.E.resize(3, 2);
+  mesh.outline.E << 0, 1, 1, 2, 2, 0;
+  mesh.outline.shape = {0, 0, 0};
+  EXPECT_TRUE(mesh.is_outline());
+  EXPECT_TRUE(diagnose(mesh).planar);
+  EXPECT_EQ(diagnose(mesh).unreferenced_vertices, 1);
+}
+
 TEST(Diagnosis, PlanarIsPlanarInAnyPose) {
   Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {1, 3, 2}});
   EXPECT_TRUE(diagnose(mesh).planar);

@@ -16,6 +16,8 @@ using Box3 = Eigen::Matrix<double, 2, 3>;  ///< row 0: lower corner, row 1: uppe
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 /// (f,3) 0-based vertex indices.
 using Triangles = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
+/// (e,2) 0-based vertex indices.
+using Segments = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor>;
 /// (t,4) 0-based vertex indices.
 using Tetrahedra = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 4, Eigen::RowMajor>;
 /// Dense rows: weights (n,m), right-hand sides (n,m).

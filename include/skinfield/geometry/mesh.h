@@ -1,4 +1,5 @@
-// A character's shape: triangles in space, a tetrahedral mesh, or a bare point cloud.
+// A character's shape: triangles in space, a tetrahedral mesh, a flat outline, or a bare point
+// cloud.
 #pragma once
 
 #include "skinfield/base/types.h"
@@ -7,14 +8,27 @@
 
 namespace skinfield {
 
+/// Closed polylines in one plane, cut into segments: every vertex ends an even number of the
+/// segments of a shape. A place belongs to a shape if a ray from it crosses that shape's segments
+/// an odd number of times (so that a loop within a loop is a hole), and to the outline if it
+/// belongs to any of its shapes.
+struct Outline {
+  Segments E;              ///< (e,2)
+  std::vector<int> shape;  ///< (e) the shape that each segment bounds
+
+  bool empty() const { return E.rows() == 0; }
+};
+
 /// Plain data; nothing is assumed about it (soups, non-manifold, open, empty are all meshes).
 struct Mesh {
   Points V;      ///< (n,3) positions, in the units of whoever made the mesh
   Triangles F;   ///< (f,3) triangles; for a tet mesh its boundary, oriented outward
   Tetrahedra T;  ///< (t,4) tetrahedra, or empty
   Points N;      ///< (n,3) normals of a point cloud, or empty
+  Outline outline;  ///< of a flat shape, or empty; F is empty until the outline is triangulated
 
-  bool is_point_cloud() const { return F.rows() == 0 && T.rows() == 0; }
+  bool is_outline() const { return F.rows() == 0 && T.rows() == 0 && !outline.empty(); }
+  bool is_point_cloud() const { return F.rows() == 0 && T.rows() == 0 && outline.empty(); }
 };
 
 /// Lower and upper corner. Precondition: at least one row; all finite.
