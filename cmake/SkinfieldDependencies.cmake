@@ -7,6 +7,7 @@ find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nanoflann REQUIRED)
+find_package(pugixml REQUIRED)
 
 # Embree 4 if there is one, else 3.13 (Debian 12); only src/geometry/ray_scene.cpp knows which.
 find_package(embree 4 QUIET)
@@ -24,8 +25,9 @@ if(SKINFIELD_PROFILE STREQUAL "full")
   target_compile_definitions(skinfield_cholmod INTERFACE SKINFIELD_HAVE_CHOLMOD=1)
 endif()
 
-# TetGen (AGPL) and CGAL's alpha wrap (GPL) make tetrahedra of surfaces; header-only CGAL needs GMP
-# and MPFR. Each is known to one file of src/domain.
+# TetGen (AGPL) and CGAL's alpha wrap (GPL) make tetrahedra of surfaces, CGAL's mesher (GPL)
+# triangles of outlines; header-only CGAL needs GMP and MPFR. Each is known to one file of
+# src/domain.
 add_library(skinfield_tetgen INTERFACE)
 add_library(skinfield_cgal INTERFACE)
 if(SKINFIELD_PROFILE STREQUAL "full")
@@ -41,6 +43,7 @@ if(SKINFIELD_PROFILE STREQUAL "full")
   target_link_libraries(skinfield_cgal INTERFACE ${MPFR_LIBRARY} ${GMP_LIBRARY})
   target_compile_definitions(skinfield_cgal INTERFACE SKINFIELD_HAVE_CGAL=1)
   # Its interval arithmetic sets the rounding mode.
-  set_source_files_properties(${PROJECT_SOURCE_DIR}/src/domain/alpha_wrap.cpp PROPERTIES
+  set_source_files_properties(${PROJECT_SOURCE_DIR}/src/domain/alpha_wrap.cpp
+    ${PROJECT_SOURCE_DIR}/src/domain/planar_mesher.cpp PROPERTIES
     COMPILE_OPTIONS -frounding-math)
 endif()

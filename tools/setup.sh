@@ -22,7 +22,8 @@ for group in "$@"; do
       need_tool ninja ninja-build
       need_package libembree-dev libtbb-dev libeigen3-dev libsuitesparse-dev \
         nlohmann-json3-dev libcli11-dev libfmt-dev libpng-dev zlib1g-dev libnanoflann-dev \
-        libgtest-dev libbenchmark-dev libtet1.5-dev libcgal-dev libgmp-dev libmpfr-dev
+        libpugixml-dev libgtest-dev libbenchmark-dev libtet1.5-dev libcgal-dev libgmp-dev \
+        libmpfr-dev
       ;;
     tidy)
       need_tool clang-format

@@ -1,5 +1,6 @@
 // The surface itself as domain: the ladder's rung for shapes without an inside worth the name
-// (flat meshes, ribbons, loose sheets). Non-manifold and unoriented triangles are welcome.
+// (ribbons, loose sheets, soups). Non-manifold and unoriented triangles are welcome. TriDomain is
+// the exact counterpart, for flat shapes and sound meshes, and says how the two differ.
 #pragma once
 
 #include "skinfield/base/progress.h"
