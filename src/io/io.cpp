@@ -9,6 +9,7 @@
 #include "skinfield/io/off.h"
 #include "skinfield/io/ply.h"
 #include "skinfield/io/stl.h"
+#include "skinfield/io/svg.h"
 #include "skinfield/io/tgf.h"
 
 namespace skinfield {
@@ -16,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kReadable =
-    "meshes are read from .glb .gltf .obj .ply .off .stl .mesh (MEDIT) .msh (Gmsh 2.2)";
+    "meshes are read from .glb .gltf .obj .ply .off .stl .svg .mesh (MEDIT) .msh (Gmsh 2.2)";
 
 const char* extension_for(FileFormat format) {
   switch (format) {
@@ -34,6 +35,8 @@ const char* extension_for(FileFormat format) {
       return ".msh";
     case FileFormat::gltf:
       return ".glb or .gltf";
+    case FileFormat::svg:
+      return ".svg";
     case FileFormat::tgf:
       return ".tgf";
     case FileFormat::fbx:
@@ -105,6 +108,9 @@ FileFormat format_of_bytes(std::string_view bytes) {
   if (start.starts_with("solid") && bytes.substr(0, 4096).find("facet") != bytes.npos) {
     return FileFormat::stl;
   }
+  if (start.starts_with("<") && bytes.substr(0, 65536).find("<svg") != bytes.npos) {
+    return FileFormat::svg;
+  }
   if (start.starts_with("{") && bytes.find("\"asset\"") != bytes.npos) return FileFormat::gltf;
   const std::string_view word = start.substr(0, start.find_first_of(" \t\r\n"));
   if (word.size() <= 7 && word.ends_with("OFF")) return FileFormat::off;
@@ -120,6 +126,7 @@ FileFormat format_of_extension(const fs::path& path) {
   if (extension == ".mesh") return FileFormat::medit;
   if (extension == ".msh") return FileFormat::gmsh;
   if (extension == ".glb" || extension == ".gltf") return FileFormat::gltf;
+  if (extension == ".svg") return FileFormat::svg;
   if (extension == ".tgf") return FileFormat::tgf;
   if (extension == ".fbx") return FileFormat::fbx;
   return FileFormat::unknown;
@@ -141,6 +148,8 @@ Asset read_asset(const fs::path& path, const ReadOptions& options) {
       return asset_from(parse_medit(bytes, name), name, options);
     case FileFormat::gmsh:
       return asset_from(parse_gmsh(bytes, name), name, options);
+    case FileFormat::svg:
+      return asset_from(parse_svg(bytes, name), name, options);
     case FileFormat::gltf: {
       Asset asset = read_gltf(path);
       if (options.up != Up::y || options.scale != 1) {

@@ -1,5 +1,6 @@
 #include "skinfield/io/mesh_file.h"
 
+#include "io/outline.h"
 #include "skinfield/base/error.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/obj.h"
@@ -58,6 +59,7 @@ Asset asset_from(MeshFile file, const std::string& name, const ReadOptions& opti
   check_positions(file.V, name);
   check_indices(file.F, file.V.rows(), "face", name);
   check_indices(file.T, file.V.rows(), "tetrahedron", name);
+  check_indices(file.outline.E, file.V.rows(), "polyline segment", name);
   if (options.up == Up::z) {
     turn_to_y_up(file.V);
     turn_to_y_up(file.N);
@@ -89,6 +91,11 @@ Asset asset_from(MeshFile file, const std::string& name, const ReadOptions& opti
   } else {
     mesh.F = file.F.unaryExpr(merged);
     character.input_faces = std::move(file.F);
+  }
+  if (mesh.is_point_cloud()) {
+    mesh.outline = sound_outline(file.outline, to, mesh.V, file.warnings);
+  } else if (!file.outline.empty()) {
+    file.warnings.emplace_back("polylines beside faces are ignored");
   }
   if (mesh.is_point_cloud() && file.N.rows() == file.V.rows()) {
     mesh.N.resize(mesh.V.rows(), 3);

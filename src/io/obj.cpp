@@ -57,7 +57,7 @@ class Reader {
     } else if (word == "f") {
       read_face();
     } else if (word == "l") {
-      ++polylines_;
+      read_line_element();
     } else if (word == "o" || word == "g") {
       (word == "o" ? object_ : group_) = rest_of(line);
       part_changed_ = true;
@@ -85,11 +85,12 @@ class Reader {
   }
 
   /// 1-based, or negative from the end, to 0-based.
-  std::int32_t resolve(std::string_view token, std::size_t count, const char* what) const {
+  std::int32_t resolve(std::string_view token, std::size_t count, const char* what,
+                       const char* who = "a face") const {
     const auto index = text::to_integer(token);
     const auto n = static_cast<std::int64_t>(count);
     if (!index || *index == 0 || *index > n || *index < -n) {
-      lines_.fail("a face names " + std::string(what) + " " + text::quoted(token) + " of " +
+      lines_.fail(std::string(who) + " names " + what + " " + text::quoted(token) + " of " +
                       std::to_string(n),
                   "the file is damaged; export it again");
     }
@@ -125,6 +126,17 @@ class Reader {
     for (const Corner& corner : corners_) {
       part.begin = std::min(part.begin, corner.vertex);
       part.end = std::max(part.end, corner.vertex + 1);
+    }
+  }
+
+  /// l v1[/vt1] v2[/vt2] ...: an outline if it closes.
+  void read_line_element() {
+    std::int32_t before = -1;
+    for (std::size_t i = 1; i < fields_.size(); ++i) {
+      text::split(fields_[i], '/', parts_);
+      const std::int32_t vertex = resolve(parts_[0], xyz_.size() / 3, "vertex", "a polyline");
+      if (before >= 0) segments_.insert(segments_.end(), {before, vertex});
+      before = vertex;
     }
   }
 
@@ -189,9 +201,9 @@ class Reader {
     document->materials = std::move(materials_);
     document->material_of_part = std::move(material_of_part_);
     mesh_.document = std::move(document);
-    if (polylines_ > 0) {
-      mesh_.warnings.push_back(std::to_string(polylines_) + " polylines (l) are ignored");
-    }
+    mesh_.outline.E = Eigen::Map<const Segments>(
+        segments_.data(), static_cast<Eigen::Index>(segments_.size() / 2), 2);
+    mesh_.outline.shape.assign(segments_.size() / 2, 0);
     if (skipped_faces_ > 0) {
       mesh_.warnings.push_back(std::to_string(skipped_faces_) +
                                " faces with fewer than three corners");
@@ -235,7 +247,8 @@ class Reader {
   std::vector<int> material_of_part_;
   int material_ = -1;
   bool part_changed_ = false, free_form_ = false;
-  int polylines_ = 0, skipped_faces_ = 0;
+  int skipped_faces_ = 0;
+  std::vector<std::int32_t> segments_;
   MeshFile mesh_;
 };
 

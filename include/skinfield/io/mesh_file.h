@@ -19,6 +19,7 @@ struct MeshFile {
   Triangles F;              ///< (f,3)
   Tetrahedra T;             ///< (t,4)
   Points N;                 ///< (n,3) vertex normals, or empty
+  Outline outline;          ///< closed or open polylines; a shape's number is its part's
   std::vector<Part> parts;  ///< face ranges partition F; empty: one part
   std::shared_ptr<const Document> document;
   std::vector<std::string> warnings;
@@ -33,7 +34,8 @@ struct ReadOptions {
 };
 
 /// One character without a skeleton: axes and scale applied, coincident vertices merged,
-/// `vertex_of_input` filled; a tet mesh's F is its boundary. `name` is the file for messages.
+/// `vertex_of_input` filled; a tet mesh's F is its boundary; polylines of a file without faces
+/// become the mesh's outline if they close and lie in a plane. `name` is the file for messages.
 /// Throws InputError for no vertices, non-finite or immense positions, a useless scale.
 Asset asset_from(MeshFile file, const std::string& name, const ReadOptions& options = {});
 

@@ -29,9 +29,9 @@ class ObjDocument : public Document {
 /// Gives a material library named by `mtllib`, or nothing where it cannot be read.
 using MaterialLoader = std::function<std::optional<std::string>(const std::string& file)>;
 
-/// v, vt, vn, f in all forms (negative indices too), o, g, usemtl, mtllib; polygons become fans;
-/// lines and free-form surfaces are skipped with a warning. A new part begins where object, group
-/// or material changes. Throws InputError.
+/// v, vt, vn, f, l in all forms (negative indices too), o, g, usemtl, mtllib; polygons become fans;
+/// polylines are one shape of an outline; free-form surfaces are skipped with a warning. A new part
+/// begins where object, group or material changes. Throws InputError.
 MeshFile parse_obj(std::string_view bytes, const std::string& name,
                    const MaterialLoader& load_materials = {});
 
