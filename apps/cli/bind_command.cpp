@@ -4,6 +4,7 @@
 #include "skinfield/bind/bind.h"
 #include "skinfield/bind/handles.h"
 #include "skinfield/bind/report.h"
+#include "skinfield/bind/triangulate.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/gltf.h"
 #include "skinfield/io/matrix_file.h"
@@ -213,6 +214,13 @@ std::string summary(const std::string& name, const BindReport& r, const BindOpti
                      name_of(r.rung), r.nodes, quality);
 }
 
+/// Weights for a glTF, whose triangles need those of an outline's inner vertices too.
+SkinWeights gltf_rows(Character& character, const BindResult& result) {
+  if (character.mesh.outline.empty()) return result.weights;
+  count_inner_vertices(character);
+  return transfer(*result.solved, character);
+}
+
 std::string format_output(const Asset& asset, const std::vector<SkinWeights>& weights,
                           const Options& o, const std::string& path) {
   if (!is_gltf(path)) return format_weights(weights.front(), lower_extension(path));
@@ -251,11 +259,12 @@ void run(const Options& o, const Common& common) {
                      " characters, a matrix, paint, masses or given weights only one (use --only "
                      "MESH)");
 
-  std::vector<SkinWeights> weights;
+  std::vector<SkinWeights> weights, gltf_weights;
   std::vector<BindReport> reports;
   std::vector<std::string> notes;
-  for (const Character& character : asset.characters) {
+  for (Character& character : asset.characters) {
     BindOptions options = bind_options(o);
+    triangulate_outline(character, options.nodes, progress);
     read_conditions(o, character, options);
     BindResult result = bind_naming_file(o.input, character, options, progress);
     for (const std::string& w : result.report.warnings) warn(w);
@@ -264,10 +273,12 @@ void run(const Options& o, const Common& common) {
     if (common.verbose)
       for (const auto& [stage, seconds] : r.seconds)
         notes.push_back(fmt::format("  {:24} {:.3f} s", stage, seconds));
+    gltf_weights.push_back(is_gltf(o.output) ? gltf_rows(character, result) : SkinWeights{});
     weights.push_back(std::move(result.weights));
     reports.push_back(std::move(result.report));
   }
-  std::vector<OutputFile> files{{o.output, format_output(asset, weights, o, o.output)}};
+  std::vector<OutputFile> files{
+      {o.output, format_output(asset, is_gltf(o.output) ? gltf_weights : weights, o, o.output)}};
   if (!o.weights_out.empty())
     files.push_back({o.weights_out, format_output(asset, weights, o, o.weights_out)});
   ReportContext context;
@@ -295,7 +306,7 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   auto o = std::make_shared<Options>();
   CLI::App* verb = new_verb(app, common, "bind", "Compute skinning weights for a character",
                             "skinfield bind hero.glb -o hero-bound.glb");
-  verb->add_option("input", o->input, "Character: glTF, GLB, OBJ, PLY, OFF, STL, .mesh, .msh")
+  verb->add_option("input", o->input, "Character: glTF, GLB, OBJ, PLY, OFF, STL, SVG, .mesh, .msh")
       ->required();
   verb->add_option("-o,--output", o->output, "Rigged .glb/.gltf, or weights .npz .npy .dmat .csv")
       ->required();
@@ -307,7 +318,8 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
       ->check(CLI::IsMember(solver_names()))
       ->capture_default_str();
   verb->add_option("--domain", o->domain,
-                   "points: inside the shape; tets: tetrahedra in it; tris: on its surface")
+                   "points: inside the shape; tets: tetrahedra in it; tris: on its triangles "
+                   "(flat shapes always)")
       ->check(CLI::IsMember({"auto", "points", "tets", "tris"}))
       ->capture_default_str();
   verb->add_option("--quality", o->quality, "2000, 16000 or 64000 nodes")

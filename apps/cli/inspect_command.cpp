@@ -24,6 +24,7 @@ Json character_json(const Character& c, const Progress& progress) {
             {"input_vertices", c.vertex_of_input.size()},
             {"merged_vertices", d.vertices},
             {"faces", d.faces},
+            {"outline_segments", c.mesh.outline.E.rows()},
             {"tets", d.tets},
             {"components", d.components},
             {"boundary_edges", d.boundary_edges},
@@ -91,7 +92,7 @@ void add_inspect(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*,
   auto o = std::make_shared<Options>();
   CLI::App* verb = new_verb(app, common, "inspect", "Say what a file holds and how sound it is",
                             "skinfield inspect hero.glb");
-  verb->add_option("input", o->input, "Character: glTF, GLB, OBJ, PLY, OFF, STL, .mesh, .msh")
+  verb->add_option("input", o->input, "Character: glTF, GLB, OBJ, PLY, OFF, STL, SVG, .mesh, .msh")
       ->required();
   verb->add_flag("--json", common.json, "Print JSON");
   o->skeleton.add_to(*verb);

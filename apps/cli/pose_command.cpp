@@ -1,6 +1,7 @@
 #include "cli.h"
 #include "posing.h"
 
+#include "skinfield/bind/triangulate.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/mesh_file.h"
 
@@ -17,9 +18,10 @@ void run(const Options& o) {
   if (extension != ".obj" && extension != ".ply" && extension != ".off")
     throw UsageError(o.output + ": posed meshes are written as .obj, .ply or .off");
   check_outputs({o.output});
-  const Asset asset = read_characters(o.input, o.skeleton);
+  Asset asset = read_characters(o.input, o.skeleton);
   if (asset.characters.size() > 1)
     throw UsageError(o.input + ": the file holds several characters (use --only MESH)");
+  triangulate_outline(asset.characters.front(), 0);
   const Character& c = asset.characters.front();
   const SkinWeights weights = weights_of(asset, 0, o.weights);
   const Points V = deformed(c.mesh.V, weights, pose_transforms(asset, 0, o.pose), o.skinning);

@@ -2,6 +2,7 @@
 
 #include "skinfield/bind/bind.h"
 #include "skinfield/bind/handles.h"
+#include "skinfield/bind/triangulate.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/gltf.h"
 #include "skinfield/io/weights_file.h"
@@ -45,6 +46,10 @@ void run(const Options& o, const Common& common) {
   for (const std::string& w : bound.report.warnings) warn(w);
   Character& character = target.characters.front();
   give_skeleton(character, source.characters.front().skeleton);
+  if (gltf) {
+    triangulate_outline(character, options.nodes, progress);
+    count_inner_vertices(character);
+  }
   std::map<std::string, std::int64_t> filled;
   const std::vector<SkinWeights> weights{transfer(*bound.solved, character, &filled)};
   progress.check();

@@ -1,13 +1,12 @@
 #include "skinfield/bind/bind.h"
 
+#include "bind/build_domain.h"
 #include "bind/conditions.h"
 #include "bind/solve_method.h"
 #include "bind/solved_domain.h"
-#include "bind/tet_stage.h"
 #include "skinfield/bind/report.h"
-#include "skinfield/domain/surface_domain.h"
+#include "skinfield/bind/triangulate.h"
 #include "skinfield/geometry/normals.h"
-#include "skinfield/geometry/winding_number.h"
 #include "skinfield/rig/handle_geometry.h"
 #include "skinfield/weights/operations.h"
 #include "skinfield/weights/statistics.h"
@@ -69,113 +68,6 @@ void describe_handles(const ScaledCharacter& scaled, const InsideTest& inside_sh
   }
 }
 
-/// Masses are those of a mesh: a point domain has its own, and only a surface's own vertices can
-/// take given ones.
-void check_masses(const BindOptions& options, bool points) {
-  if (points && (options.mass != MassKind::barycentric || options.masses))
-    throw OptionError("the nodes of a point domain have masses of their own", {},
-                      "use --domain tris or --method bone-heat, or leave --mass out");
-  if (options.masses)
-    throw OptionError("the surface's nodes are more than the vertices that masses were given for",
-                      {}, "use --mass voronoi or barycentric");
-}
-
-/// The mesh's own vertices, for methods that need no domain.
-void build_vertices(const Conditions& conditions, SolvedDomain& solved) {
-  if (solved.scaled.handles.empty()) solved.scaled.handles = handles_of_paint(conditions, solved);
-  solved.rung = Rung::surface;
-  solved.triangles =
-      std::make_unique<ClosestPointQuery>(solved.scaled.mesh.V, solved.scaled.mesh.F);
-}
-
-/// The best rung of the ladder that stands, with its domain.
-void build_domain(const BindOptions& options, const Character& character,
-                  const Conditions& conditions, SolvedDomain& solved, BindReport& report,
-                  const Progress& progress) {
-  const bool flat = report.input.planar;
-  const bool surface_wanted = options.domain == BindOptions::DomainKind::surface;
-  const bool tets_wanted = options.domain == BindOptions::DomainKind::tets;
-  const bool has_tets = solved.scaled.mesh.T.rows() > 0;
-  if (tets_wanted || (has_tets && options.domain == BindOptions::DomainKind::automatic)) {
-    try {
-      auto domain = make_tet_domain(options, character, solved, report, progress);
-      solved.tets = domain.get();
-      solved.domain = std::move(domain);
-      solved.rung = Rung::volume;
-      return;
-    } catch (const DomainError& error) {
-      if (tets_wanted) throw;
-      report.warnings.push_back(error.message() + ": the weights live on points");
-    }
-  }
-  const bool points_wanted =
-      !surface_wanted && !(flat && options.domain == BindOptions::DomainKind::automatic);
-  check_masses(options, points_wanted);
-  if (points_wanted) {
-    try {
-      PointDomainOptions point_options;
-      point_options.nodes = options.nodes;
-      point_options.seed = options.seed;
-      auto domain = std::make_unique<PointDomain>(solved.scaled.mesh, solved.scaled.handles,
-                                                  point_options, conditions.paint, progress);
-      solved.points = domain.get();
-      solved.domain = std::move(domain);
-      solved.rung = Rung::volume;
-      return;
-    } catch (const DomainError& error) {
-      report.warnings.push_back(error.message() + ": the weights live on the surface");
-    }
-  }
-  if (solved.scaled.handles.empty()) solved.scaled.handles = handles_of_paint(conditions, solved);
-  if (solved.scaled.mesh.F.rows() > 0) {
-    try {
-      SurfaceDomainOptions surface_options;
-      surface_options.mass = options.mass;
-      solved.domain = std::make_unique<SurfaceDomain>(solved.scaled.mesh, solved.scaled.handles,
-                                                      surface_options, progress);
-      solved.rung = Rung::surface;
-      return;
-    } catch (const DomainError& error) {
-      report.warnings.push_back(error.message() + ": each vertex takes its nearest handle");
-    }
-  }
-  solved.rung =
-      solved.scaled.mesh.F.rows() > 0 ? Rung::nearest_visible_handle : Rung::nearest_handle;
-}
-
-void describe_domain(const SolvedDomain& solved, BindReport& report) {
-  report.rung = solved.rung;
-  report.domain_kind = solved.points        ? "points"
-                       : solved.tets        ? "tets"
-                       : solved.has_nodes() ? "surface"
-                                            : "handles";
-  if (solved.triangles) report.nodes = static_cast<int>(solved.scaled.mesh.V.rows());
-  if (solved.domain) {
-    report.nodes = static_cast<int>(solved.domain->nodes().rows());
-    report.neighbours = (solved.domain->stiffness().nonZeros() - report.nodes) / 2;
-  }
-  if (solved.tets) {
-    const TetDomainFacts& facts = solved.tets->facts();
-    report.elements = solved.tets->elements().rows();
-    report.split_nodes = facts.new_nodes;
-    report.handle_nodes = facts.handle_nodes;
-    report.node_components = facts.components;
-    report.node_components_without_handle = facts.components_without_handle;
-  }
-  if (!solved.points) return;
-  const PointDomainFacts& facts = solved.points->facts();
-  report.handle_nodes = facts.handle_nodes;
-  report.rays = facts.rays;
-  report.node_components = facts.components;
-  report.node_components_without_handle = facts.components_without_handle;
-  for (const auto& [stage, seconds] : facts.seconds) report.seconds["domain_" + stage] = seconds;
-  const Solid::Facts& solid = solved.points->solid().facts();
-  report.clean_parts = solid.clean;
-  report.dirty_parts = solid.dirty;
-  report.passenger_parts = solid.passengers;
-  report.flipped_faces = solid.flipped_faces;
-}
-
 void describe_weights(const SkinWeights& weights, const Character& character, BindReport& report) {
   const WeightStatistics s = weight_statistics(weights, character.skeleton.column);
   report.rows = weights.W.rows();
@@ -221,15 +113,22 @@ std::string name_of(Rung rung) {
   return "";
 }
 
-BindResult bind(const Character& character, const BindOptions& options, const Progress& progress) {
-  check_input(character, options);
-  check_method(options, character);
+BindResult bind(const Character& given, const BindOptions& options, const Progress& progress) {
+  check_input(given, options);
+  check_method(options, given);
   BindResult result;
   BindReport& report = result.report;
   Stopwatch watch(report);
   progress("diagnose", 0);
-  report.input = diagnose(character.mesh, {}, progress);
+  report.input = diagnose(given.mesh, {}, progress);
   watch.lap("diagnose");
+  std::optional<Character> triangulated;
+  if (given.mesh.is_outline()) {
+    triangulated = given;
+    triangulate_outline(*triangulated, options.nodes, progress);
+    watch.lap("triangulate");
+  }
+  const Character& character = triangulated ? *triangulated : given;
 
   auto solved = std::make_shared<SolvedDomain>();
   solved->scaled = scale_to_unit_box(character);
@@ -257,23 +156,16 @@ BindResult bind(const Character& character, const BindOptions& options, const Pr
   find_symmetry(options, *solved, report);
 
   progress("domain", 0);
-  InsideTest inside;
   if (facts_of(options.method).on_domain) {
     build_domain(options, character, conditions, *solved, report, progress);
-    if (solved->points)
-      inside = [&solid = solved->points->solid()](const Vec3& x) { return solid.inside(x); };
-    if (solved->tets) inside = [&tets = *solved->tets](const Vec3& x) { return tets.contains(x); };
   } else {
-    build_vertices(conditions, *solved);
-    inside = [winding = std::make_shared<WindingNumber>(mesh.V, mesh.F)](const Vec3& x) {
-      return winding->at(x) > 0.5;
-    };
+    use_own_vertices(conditions, *solved);
   }
   watch.lap("domain");
   describe_domain(*solved, report);
-  describe_handles(solved->scaled, inside, report);
+  describe_handles(solved->scaled, inside_test(*solved), report);
   for (const std::string& name : report.handles_outside)
-    if (solved->points || solved->tets)
+    if (solved->points || solved->tets || (solved->tris && solved->tris->facts().planar))
       report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
 
   const Points normals = solved->points      ? solved->points->solid().normals()

@@ -99,6 +99,11 @@ Conditions conditions_for(const Character& character, const BindOptions& options
     if (std::find(options.locked_columns.begin(), options.locked_columns.end(), solved.column[h]) !=
         options.locked_columns.end())
       conditions.locked.push_back(static_cast<int>(h));
+  // The inner vertices of a triangulated outline are not the input's: nothing is kept there.
+  const bool has_inner = std::find(first.begin(), first.end(), -1) != first.end();
+  if (has_inner && !conditions.locked.empty())
+    throw InputError("columns are locked, but an outline's weights say nothing of its inside",
+                     character.name, "bind to .glb first, and lock columns of that");
   return conditions;
 }
 
@@ -108,6 +113,7 @@ RowMatrix start_on_nodes(const Conditions& conditions, const SolvedDomain& solve
   // them; a surface's nodes are the vertices.
   RowMatrix start = conditions.start;
   if (solved.points) start = solved.points->from_mesh() * conditions.start;
+  if (solved.tris) start = solved.tris->from_mesh() * conditions.start;
   if (solved.tets) start = nodes_from_mesh(*solved.tets, solved.scaled.mesh) * conditions.start;
   if (start.rows() != solved.domain->nodes().rows()) return {};
   for (Eigen::Index i = 0; i < start.rows(); ++i) {

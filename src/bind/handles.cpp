@@ -47,6 +47,24 @@ std::shared_ptr<const Document> kept_document(const ObjDocument& document, Eigen
   return kept;
 }
 
+/// The segments of the parts that are kept.
+Outline kept_outline(const Outline& outline, const std::vector<std::size_t>& part_rows,
+                     const std::vector<int>& renumbered) {
+  Outline kept;
+  std::vector<Eigen::Index> rows;
+  for (std::size_t e = 0; e < outline.shape.size(); ++e) {
+    const auto part =
+        std::find(part_rows.begin(), part_rows.end(), static_cast<std::size_t>(outline.shape[e]));
+    if (part == part_rows.end()) continue;
+    rows.push_back(static_cast<Eigen::Index>(e));
+    kept.shape.push_back(static_cast<int>(part - part_rows.begin()));
+  }
+  kept.E = Segments(outline.E(rows, Eigen::all)).unaryExpr([&renumbered](std::int32_t v) {
+    return renumbered[static_cast<std::size_t>(v)];
+  });
+  return kept;
+}
+
 }  // namespace
 
 void keep_only(Asset& asset, const std::string& name) {
@@ -90,6 +108,7 @@ void keep_only(Asset& asset, const std::string& name) {
       for (int k = 0; k < 3; ++k)
         mesh.F(static_cast<Eigen::Index>(f), k) =
             renumbered[static_cast<std::size_t>(c.mesh.F(face_rows[f], k))];
+    mesh.outline = kept_outline(c.mesh.outline, part_rows, renumbered);
     if (c.input_faces.rows() > 0) {
       std::vector<int> row_of_input(c.vertex_of_input.size(), -1);
       for (std::size_t r = 0; r < input_rows.size(); ++r)

@@ -28,7 +28,7 @@ Interpolation SolvedDomain::interpolation(const Points& X, const Points& normals
   const auto n = static_cast<std::size_t>(X.rows());
   std::vector<ClosestPoint> closest(n);
   parallel_for(n, 64, [&](std::size_t i) {
-    closest[i] = triangles->at(X.row(static_cast<Eigen::Index>(i)));
+    closest[i] = own_triangles->at(X.row(static_cast<Eigen::Index>(i)));
   });
   std::vector<Eigen::Triplet<double, std::int32_t>> entries;
   for (std::size_t i = 0; i < n; ++i) {

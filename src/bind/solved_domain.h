@@ -4,6 +4,7 @@
 #include "bind/ladder.h"
 #include "skinfield/domain/point_domain.h"
 #include "skinfield/domain/tet_domain.h"
+#include "skinfield/domain/tri_domain.h"
 #include "skinfield/geometry/closest_point.h"
 
 #include <memory>
@@ -15,9 +16,10 @@ struct SolvedDomain {
   Rung rung = Rung::volume;
   std::unique_ptr<Domain> domain;       ///< null on the rungs of nearest handles
   const PointDomain* points = nullptr;  ///< the same domain, if it is one
-  const TetDomain* tets = nullptr;      ///< the same domain, if it is one
+  const TetDomain* tets = nullptr;      ///< likewise
+  const TriDomain* tris = nullptr;      ///< likewise
   /// Instead of a domain: the nodes are the mesh's own vertices, and this finds triangles.
-  std::unique_ptr<ClosestPointQuery> triangles;
+  std::unique_ptr<ClosestPointQuery> own_triangles;
   RowMatrix nodal;          ///< (N, handles)
   std::vector<int> column;  ///< of each handle
   int columns = 0;
@@ -28,7 +30,7 @@ struct SolvedDomain {
   std::vector<int> partner;  ///< of each handle, mirrored in x = mirror_plane
   double mirror_plane = 0;
 
-  bool has_nodes() const { return domain || triangles; }
+  bool has_nodes() const { return domain || own_triangles; }
   /// From the nodes to points of the unit box. Needs nodes.
   Interpolation interpolation(const Points& X, const Points& normals) const;
   /// The same to the mesh's own vertices, whose parts and normals the domain knows.

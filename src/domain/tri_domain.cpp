@@ -4,7 +4,6 @@
 #include "domain/triangle_sheet.h"
 #include "skinfield/base/error.h"
 #include "skinfield/base/parallel.h"
-#include "skinfield/operators/mass.h"
 #include "skinfield/operators/stiffness.h"
 #include "skinfield/rig/handle_geometry.h"
 
@@ -242,7 +241,7 @@ TriDomain::TriDomain(const Mesh& mesh, const std::vector<Handle>& handles,
   progress.check();
 
   d.K = skinfield::stiffness(d.V, d.F);
-  d.M = options.mass.size() > 0 ? options.mass : barycentric_mass(d.V, d.F);
+  d.M = options.mass.size() > 0 ? options.mass : lumped_mass(d.V, d.F, options.mass_kind);
   d.closest = std::make_unique<ClosestPointQuery>(d.V, d.F);
   for (Eigen::Index i = 0; i < mesh.V.rows(); ++i) {
     // A loose vertex asks the surface.

@@ -151,7 +151,7 @@ TEST(Ladder, TheSurfaceCanBeAskedFor) {
   options.domain = BindOptions::DomainKind::surface;
   const BindResult result = bound(character(bar(), bar_bones()), options);
   EXPECT_EQ(result.report.rung, Rung::surface);
-  EXPECT_EQ(result.report.domain_kind, "surface");
+  EXPECT_EQ(result.report.domain_kind, "tris");
   expect_bones_rule_along_x(result, bar().V);
 }
 

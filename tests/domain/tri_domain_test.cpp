@@ -180,8 +180,12 @@ TEST(TriDomain, SurfacesInSpaceHoldWhatTheirHandlesSee) {
     const double x = mesh.V(domain.fixed().node[k], 0);
     const auto row = domain.fixed().weights.row(static_cast<Eigen::Index>(k));
     EXPECT_NEAR(row.sum(), 1, 1e-15);
-    if (x < 0.45) EXPECT_EQ(row[0], 1) << x;
-    if (x > 0.55) EXPECT_EQ(row[1], 1) << x;
+    if (x < 0.45) {
+      EXPECT_EQ(row[0], 1) << x;
+    }
+    if (x > 0.55) {
+      EXPECT_EQ(row[1], 1) << x;
+    }
   }
   // A vertex on a handle is exact, whatever others see.
   const Vec3 corner = mesh.V.row(0);

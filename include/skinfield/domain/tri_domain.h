@@ -10,6 +10,7 @@
 
 #include "skinfield/base/progress.h"
 #include "skinfield/domain/domain.h"
+#include "skinfield/operators/mass.h"
 
 #include <memory>
 
@@ -19,7 +20,8 @@ struct TriDomainOptions {
   /// A mesh that must be changed, because a handle has no vertex, and that is coarser than this is
   /// refined to about so many nodes first. 0: never.
   int nodes = 2000;
-  /// (n) > 0 masses of the mesh's vertices in unit-box units, or empty: barycentric.
+  MassKind mass_kind = MassKind::barycentric;
+  /// (n) > 0 masses of the mesh's vertices in unit-box units, or empty: those of `mass_kind`.
   Vector mass;
 };
 

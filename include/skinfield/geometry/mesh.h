@@ -21,10 +21,10 @@ struct Outline {
 
 /// Plain data; nothing is assumed about it (soups, non-manifold, open, empty are all meshes).
 struct Mesh {
-  Points V;      ///< (n,3) positions, in the units of whoever made the mesh
-  Triangles F;   ///< (f,3) triangles; for a tet mesh its boundary, oriented outward
-  Tetrahedra T;  ///< (t,4) tetrahedra, or empty
-  Points N;      ///< (n,3) normals of a point cloud, or empty
+  Points V;         ///< (n,3) positions, in the units of whoever made the mesh
+  Triangles F;      ///< (f,3) triangles; for a tet mesh its boundary, oriented outward
+  Tetrahedra T;     ///< (t,4) tetrahedra, or empty
+  Points N;         ///< (n,3) normals of a point cloud, or empty
   Outline outline;  ///< of a flat shape, or empty; F is empty until the outline is triangulated
 
   bool is_outline() const { return F.rows() == 0 && T.rows() == 0 && !outline.empty(); }

@@ -21,7 +21,8 @@ FileFormat format_of_extension(const std::filesystem::path& path);
 /// extension chooses the parser; a file whose first bytes say otherwise is refused, and one
 /// without a known extension is read by its first bytes. A format without skeletons gives one
 /// character with an empty skeleton. `options` apply to all but glTF, whose axes and units are
-/// fixed. Closed flat polylines of OBJ and SVG are the mesh's outline. Throws InputError with the file, the place in it and the remedy.
+/// fixed. Closed flat polylines of OBJ and SVG are the mesh's outline. Throws InputError with the
+/// file, the place in it and the remedy.
 Asset read_asset(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Reads joints from TGF, or from a glTF file's skin. A TGF is turned and scaled by `options`
