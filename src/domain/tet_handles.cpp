@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kOnHandle = 1e-6;     // of the box diagonal (design.md 4)
 constexpr double kSamplesPerEdge = 2;  // of handles, in mean edges
+constexpr double kLeastStep = 0.35;    // between them, of the edges of the tet there
 constexpr int kMostSamples = 20000;    // of one handle
 
 using Claims = std::vector<std::set<int>>;  // vertices of each handle
@@ -80,12 +81,27 @@ std::vector<Vec3> samples_inside(const Handle& handle, double spacing, const Tet
   return inside;
 }
 
-/// Splits the mesh at one handle's samples; what it holds then.
+/// The ends of a bone's segments come first: they are vertices whatever lies near them.
+std::vector<Vec3> ends_first(const std::vector<Vec3>& samples, const Handle& handle) {
+  std::vector<Vec3> sorted = samples;
+  std::stable_partition(sorted.begin(), sorted.end(), [&](const Vec3& x) {
+    return std::any_of(handle.segments.begin(), handle.segments.end(),
+                       [&](const auto& s) { return s.first == x || s.second == x; });
+  });
+  return sorted;
+}
+
+/// Splits the mesh at one handle's samples; what it holds then. Where the tets are larger than
+/// average, samples are left out: a tet cut into many has only slivers to give.
 std::set<int> make_vertices(const std::vector<Vec3>& samples, const Handle& handle,
                             std::map<int, int>& holders, TetSplitter& splitter, double tolerance) {
   std::set<int> held;
   std::optional<int> last_resort;
-  for (const Vec3& x : samples) {
+  for (const Vec3& x : ends_first(samples, handle)) {
+    const double step = kLeastStep * splitter.edge_at(x);
+    const bool near = std::any_of(held.begin(), held.end(),
+                                  [&](int v) { return (splitter.position(v) - x).norm() < step; });
+    if (near && held.size() >= 2) continue;
     const TetSplitter::Place place = splitter.find(x);
     if (place.corner.empty()) continue;
     const int there = place.vertex();

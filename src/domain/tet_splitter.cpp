@@ -23,7 +23,17 @@ TetSplitter::TetSplitter(const Points& V, const Tetrahedra& T)
     root_[static_cast<std::size_t>(t)] = t;
     descendants_[static_cast<std::size_t>(t)].push_back(t);
     for (const int v : T_.back()) around_[static_cast<std::size_t>(v)].push_back(t);
+    double edges = 0;
+    for (int a = 0; a < 4; ++a) {
+      for (int b = a + 1; b < 4; ++b) edges += (V.row(T(t, a)) - V.row(T(t, b))).norm() / 6;
+    }
+    edge_.push_back(edges);
   }
+}
+
+double TetSplitter::edge_at(const Vec3& x) const {
+  const TetLocator::Place place = locator_.find(x);
+  return place.tet < 0 ? 0 : edge_[static_cast<std::size_t>(place.tet)];
 }
 
 std::array<Vec3, 4> TetSplitter::corners(const Tet& tet) const {

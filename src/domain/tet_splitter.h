@@ -25,6 +25,9 @@ class TetSplitter {
   /// Splits what the place lies in; no splits since it was found. Returns the vertex there.
   int make_vertex(const Place& place);
 
+  /// The mean edge, before any split, of the tet that holds x; 0 outside.
+  double edge_at(const Vec3& x) const;
+
   Vec3 position(int vertex) const { return V_[static_cast<std::size_t>(vertex)]; }
   Vec3 position(const Place& place) const;
   int vertices() const { return static_cast<int>(V_.size()); }
@@ -39,7 +42,8 @@ class TetSplitter {
   std::array<Vec3, 4> corners(const Tet& tet) const;
   void replace_by_children(int tet, const std::vector<int>& corner, int vertex);
 
-  TetLocator locator_;  // of the tets at first: each holds its descendants
+  TetLocator locator_;        // of the tets at first: each holds its descendants
+  std::vector<double> edge_;  // mean edge of each tet at first
   std::vector<Vec3> V_;
   std::vector<Tet> T_;
   std::vector<int> root_;                      // of each tet

@@ -56,10 +56,13 @@ void fill_facets(const Triangles& F, tetgenio& io) {
 
 /// In the child.
 std::string tetgen(const TetgenInput& input) {
-  tetgenio in, added, out;
+  tetgenio in, out;
   in.firstnumber = 0;
-  added.firstnumber = 0;
-  fill_points(input.V, in);
+  // Points that no face names become vertices as they are. (The switch i, which adds points to a
+  // finished mesh, crashes on one surface in five.)
+  Points all_points(input.V.rows() + input.inside.rows(), 3);
+  all_points << input.V, input.inside;
+  fill_points(all_points, in);
   fill_facets(input.F, in);
   // p: the surface bounds it. Y: no new vertices on it (without, fine and thin surfaces end in five
   // times the tets, or never). J: keep every vertex, so that numbers stay. Q: say nothing.
@@ -70,12 +73,8 @@ std::string tetgen(const TetgenInput& input) {
     std::snprintf(switches, sizeof switches, "a%.12f", input.max_volume);
     all += switches;
   }
-  if (input.inside.rows() > 0) {
-    fill_points(input.inside, added);
-    all += "i";
-  }
   try {
-    tetrahedralize(all.data(), &in, &out, input.inside.rows() > 0 ? &added : nullptr);
+    tetrahedralize(all.data(), &in, &out);
   } catch (int code) {
     throw std::runtime_error(meaning(code));
   }

@@ -5,6 +5,8 @@
 #include "skinfield/base/error.h"
 #include "skinfield/bind/handles.h"
 #include "skinfield/bind/report.h"
+#include "skinfield/domain/tet_domain.h"
+#include "skinfield/domain/tetrahedraliser.h"
 #include "skinfield/io/io.h"
 #include "support/box_tets.h"
 #include "support/data.h"
@@ -163,6 +165,28 @@ TEST(BindOnTetsData, TheArmLiesWithinItsBounds) {
   const BindResult result = bound(read_case(mesh, tgf), BindOptions{});
   EXPECT_GT(result.report.solve.energy, 940.783);
   EXPECT_LT(result.report.solve.energy, 940.848 * (1 + 1e-4));
+}
+
+TEST(BindOnTetsData, SamplesBecomeVerticesOfFineSurfaces) {
+  SKINFIELD_NEEDS_MESHERS();
+  SKINFIELD_NEEDS_DATA(mesh, "surface/spot-23k.obj");
+  SKINFIELD_NEEDS_DATA(tgf, "surface/spot-23k.tgf");
+  Character c = read_case(mesh, tgf);
+  const UnitBox box = unit_box(c.mesh.V);
+  c.mesh.V = box.to(c.mesh.V);
+  for (Handle& handle : c.skeleton.handles) {
+    for (auto& [a, b] : handle.segments) {
+      a = box.to(a);
+      b = box.to(b);
+    }
+  }
+  TetrahedraliserOptions options;
+  options.nodes = 4000;
+  const Tetrahedralisation tets = tetrahedralise(c.mesh, c.skeleton.handles, options);
+  EXPECT_EQ(tets.route, TetRoute::tetgen);
+  EXPECT_GT(tets.handle_points, 300);
+  EXPECT_GT(tet_statistics(tets.V, tets.T).min_dihedral, 3);
+  EXPECT_EQ(TetDomain(tets.V, tets.T, c.skeleton.handles).facts().new_nodes, 0);
 }
 
 TEST(BindOnTetsData, TheOctopusIsSplit) {
