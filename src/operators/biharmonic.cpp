@@ -3,6 +3,7 @@
 #include "skinfield/base/parallel.h"
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 namespace skinfield {
@@ -77,6 +78,13 @@ SparseRows biharmonic(const SparseRows& K, const Vector& M) {
     });
   });
   return Q;
+}
+
+SparseRows natural_biharmonic(const SparseRows& K, const Vector& M,
+                              const std::vector<int>& boundary) {
+  Vector interior = M;
+  for (const int i : boundary) interior[i] = std::numeric_limits<double>::infinity();
+  return biharmonic(K, interior);
 }
 
 }  // namespace skinfield

@@ -291,14 +291,14 @@ void Alternation::project(const Vector& from, Vector& to) const {
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
     if (free_.unrestricted()) {
       std::copy(from.data() + begin, from.data() + end, to.data() + begin);
-      return project_to_simplex(to.data() + begin, static_cast<int>(end - begin), free_.row_sum[i]);
+      return free_.project_entries(i, to.data() + begin, static_cast<int>(end - begin));
     }
     // The allowed entries are projected at the front of the row, then spread over it.
     int count = 0;
     for (auto e = begin; e < end; ++e) {
       if (allowed_[static_cast<std::size_t>(e)]) to[begin + count++] = from[e];
     }
-    project_to_simplex(to.data() + begin, count, free_.row_sum[i]);
+    free_.project_entries(i, to.data() + begin, count);
     for (auto e = end; e-- > begin;) {
       to[e] = allowed_[static_cast<std::size_t>(e)] ? to[begin + --count] : 0.0;
     }

@@ -82,7 +82,8 @@ void gradient_row(const SparseRows& Q, const RowMatrix& R, const NonZeros& Z, Ei
 
 }  // namespace
 
-FreeRows::FreeRows(const SimplexProblem& problem) : problem_(problem), columns_(problem.columns) {
+FreeRows::FreeRows(const SimplexProblem& problem, bool anchored)
+    : problem_(problem), columns_(problem.columns) {
   const Eigen::Index N = problem.Q.rows();
   const FixedRows& fixed = problem.fixed;
   const auto wrong = [](const std::string& what) { throw SolveError(what, kWhere); };
@@ -112,7 +113,7 @@ FreeRows::FreeRows(const SimplexProblem& problem) : problem_(problem), columns_(
     p = static_cast<int>(node.size());
     node.push_back(i);
   }
-  check_components(problem, position);
+  if (anchored) check_components(problem, position);
 
   const Eigen::Index n = rows();
   row_sum = Vector::Ones(n);
@@ -123,7 +124,7 @@ FreeRows::FreeRows(const SimplexProblem& problem) : problem_(problem), columns_(
       wrong("the row sum of node " + std::to_string(v) + " is negative or not finite");
     }
     if (!problem.support.empty() && problem.support[static_cast<std::size_t>(v)].empty() &&
-        row_sum[i] > 0) {
+        row_sum[i] > 0 && !boxes()) {
       wrong("node " + std::to_string(v) + " may use no column");
     }
   }
@@ -197,12 +198,12 @@ void FreeRows::check_components(const SimplexProblem& problem,
 }
 
 void FreeRows::project_row(Eigen::Index i, double* w) const {
-  if (problem_.support.empty()) return project_to_simplex(w, columns_, row_sum[i]);
+  if (problem_.support.empty()) return project_entries(i, w, columns_);
   const auto& columns = support(i);
   std::vector<double> kept;
   kept.reserve(columns.size());
   for (const int j : columns) kept.push_back(w[j]);
-  project_to_simplex(kept.data(), static_cast<int>(kept.size()), row_sum[i]);
+  project_entries(i, kept.data(), static_cast<int>(kept.size()));
   std::fill(w, w + columns_, 0.0);
   for (std::size_t t = 0; t < columns.size(); ++t) w[columns[t]] = kept[t];
 }
@@ -294,10 +295,15 @@ double FreeRows::kkt_residual(const RowMatrix& Z, const RowMatrix& G) const {
 
 double FreeRows::lower_bound(const RowMatrix& W, const RowMatrix& L) const {
   return constant + sum_rows(rows(), [&](Eigen::Index i) {
-           double least = L.row(i).minCoeff();
-           if (!problem_.support.empty()) {
-             least = std::numeric_limits<double>::infinity();
-             for (const int j : support(i)) least = std::min(least, L(i, j));
+           // The least <L_i, w> over the row's set.
+           double least = boxes() ? 0.0 : std::numeric_limits<double>::infinity();
+           const auto take = [&](int j) {
+             least = boxes() ? least + std::min(0.0, L(i, j)) : std::min(least, L(i, j));
+           };
+           if (problem_.support.empty()) {
+             for (int j = 0; j < columns_; ++j) take(j);
+           } else {
+             for (const int j : support(i)) take(j);
            }
            const double reach = row_sum[i] > 0 ? row_sum[i] * least : 0.0;
            return reach - 0.5 * W.row(i).dot(L.row(i) + R.row(i));

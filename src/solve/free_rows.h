@@ -12,13 +12,17 @@ class FreeRows {
  public:
   /// @throws SolveError for inconsistent sizes, rows without a feasible value, components of Q's
   /// graph without a fixed row.
-  explicit FreeRows(const SimplexProblem& problem);
+  explicit FreeRows(const SimplexProblem& problem) : FreeRows(problem, true) {}
+  /// `anchored`: whether components without a fixed row are refused.
+  FreeRows(const SimplexProblem& problem, bool anchored);
 
   Eigen::Index rows() const { return static_cast<Eigen::Index>(node.size()); }
   int columns() const { return columns_; }
 
   /// May all rows use all columns?
   bool unrestricted() const { return problem_.support.empty(); }
+  /// Boxes, not simplices?
+  bool boxes() const { return problem_.row_set == RowSet::box; }
   /// The columns that a row may use. Precondition: !unrestricted().
   const std::vector<int>& support(Eigen::Index i) const {
     return problem_.support[static_cast<std::size_t>(node[static_cast<std::size_t>(i)])];
@@ -27,6 +31,10 @@ class FreeRows {
   /// Z := the nearest feasible rows to those of S.
   void project(const RowMatrix& S, RowMatrix& Z) const;
   void project_row(Eigen::Index i, double* w) const;
+  /// Onto the set of row i, restricted to `count` columns of it.
+  void project_entries(Eigen::Index i, double* w, int count) const {
+    boxes() ? project_to_box(w, count, row_sum[i]) : project_to_simplex(w, count, row_sum[i]);
+  }
   /// Z <- exact minimisation over one row after the other, all rows `sweeps` times; energy never
   /// grows. Rows that share no entry of Q run in parallel (multicolour order).
   void gauss_seidel(RowMatrix& Z, int sweeps, const Progress& progress) const;

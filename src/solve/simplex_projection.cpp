@@ -42,4 +42,8 @@ void project_to_simplex(double* w, int m, double s) {
   }
 }
 
+void project_to_box(double* w, int m, double s) {
+  for (int j = 0; j < m; ++j) w[j] = std::clamp(w[j], 0.0, std::max(s, 0.0));
+}
+
 }  // namespace skinfield

@@ -50,7 +50,7 @@ SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOpt
   SolveStats& stats = result.stats;
   stats.lower_bound = -std::numeric_limits<double>::infinity();
   RowMatrix Z = RowMatrix::Zero(free.rows(), free.columns());
-  if (free.rows() == 0 || free.columns() == 1) {
+  if (free.rows() == 0 || (free.columns() == 1 && !free.boxes())) {
     Z.colwise() = free.row_sum;
   } else {
     Alternation alternation(problem, options, free, progress);

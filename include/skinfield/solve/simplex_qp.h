@@ -2,7 +2,8 @@
 // inside it, for any positive semidefinite energy.
 //
 //   minimise  1/2 tr(W' Q W) + <B, W>
-//   subject to  W_ij >= 0,  sum_j W_ij = s_i,  W_ij = 0 where not allowed,  fixed rows given.
+//   subject to  W_ij >= 0,  sum_j W_ij = s_i,  W_ij = 0 where not allowed,  fixed rows given;
+//   or without the sums:  0 <= W_ij <= s_i  (RowSet::box).
 //
 // Method (findings.md B): alternating directions with a per-node penalty, Anderson acceleration,
 // one Cholesky factor of Q + D, projected block Gauss-Seidel sweeps at the end. Every iterate that
@@ -22,6 +23,12 @@ struct FixedRows {
   RowMatrix weights;      ///< (k,m), each row on the simplex
 };
 
+/// Where a row may lie; s is its target.
+enum class RowSet {
+  simplex,  ///< w >= 0, sum w = s
+  box,      ///< 0 <= w <= s, every entry by itself: the columns have nothing to do with each other
+};
+
 struct SimplexProblem {
   SparseRows Q;  ///< (N,N) symmetric positive semidefinite, full (both triangles)
   RowMatrix B;   ///< (N,m) linear term, or empty for none
@@ -30,7 +37,8 @@ struct SimplexProblem {
                  ///< |K w|^2 / M^2 then sets the penalties (faster on bad meshes)
   FixedRows fixed;
   int columns = 0;  ///< m
-  Vector row_sum;   ///< (N) targets s_i >= 0, or empty for all 1
+  RowSet row_set = RowSet::simplex;
+  Vector row_sum;  ///< (N) targets s_i >= 0, or empty for all 1
   /// (N) lists of the columns a row may use, or empty for all: the kept support of a re-solve.
   std::vector<std::vector<int>> support;
 };
@@ -66,5 +74,7 @@ SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOpt
 
 /// Euclidean projection of a row onto {w >= 0, sum w = s} (in place, sort-free with capped loop).
 void project_to_simplex(double* w, int m, double s = 1);
+/// The same onto {0 <= w <= s}.
+void project_to_box(double* w, int m, double s = 1);
 
 }  // namespace skinfield
