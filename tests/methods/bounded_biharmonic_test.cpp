@@ -1,13 +1,11 @@
 #include "skinfield/methods/bounded_biharmonic.h"
 
+#include "methods/box_case.h"
 #include "skinfield/base/error.h"
 #include "skinfield/methods/support.h"
 #include "skinfield/operators/biharmonic.h"
-#include "skinfield/operators/mass.h"
-#include "skinfield/operators/stiffness.h"
-#include "support/box_tets.h"
 #include "support/data.h"
-#include "support/medit.h"
+#include "support/fem_case.h"
 
 #include <gtest/gtest.h>
 
@@ -16,26 +14,7 @@
 namespace skinfield {
 namespace {
 
-using skinfield_test::box_tets;
-
-struct BoxCase {
-  Mesh mesh;
-  SparseRows K;
-  Vector M;
-  FixedRows fixed;
-
-  /// A long box with m point handles spread along it.
-  explicit BoxCase(int m, int length = 12) : mesh(box_tets(length, 3, 3, 1.0 / length)) {
-    K = stiffness(mesh.V, mesh.T);
-    M = barycentric_mass(mesh.V, mesh.T);
-    for (int h = 0; h < m; ++h) {
-      const int i = length * h / std::max(1, m - 1);
-      fixed.node.push_back((i * 4 + 1) * 4 + 1 + h % 2);
-    }
-    fixed.weights = RowMatrix::Identity(m, m);
-  }
-  BoundedBiharmonicProblem problem() const { return {K, M, fixed}; }
-};
+using skinfield_test::BoxCase;
 
 void expect_simplex_rows(const RowMatrix& W) {
   EXPECT_GE(W.minCoeff(), 0);
@@ -178,29 +157,9 @@ TEST(Support, AllowsEverythingWhereNothingIsCut) {
 TEST(BoundedBiharmonic, ReachesTheCertifiedOptimumOfTheHand) {
   SKINFIELD_NEEDS_DATA(mesh_path, "fem/hand.mesh");
   SKINFIELD_NEEDS_DATA(bones_path, "fem/hand.tgf");
-  Mesh mesh;
-  ASSERT_TRUE(skinfield_test::read_medit(mesh_path, mesh));
-  const auto bones = skinfield_test::read_bones(bones_path);
-  const double tolerance = 1e-6 * diagonal(bounding_box(mesh.V));
-  FixedRows fixed;
-  std::vector<Eigen::RowVectorXd> rows;
-  for (int i = 0; i < mesh.V.rows(); ++i) {
-    Eigen::RowVectorXd w = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(bones.size()));
-    for (std::size_t b = 0; b < bones.size(); ++b) {
-      const Vec3 x = mesh.V.row(i), a = bones[b].first, d = bones[b].second - a;
-      const double t = std::clamp((x - a).dot(d) / d.squaredNorm(), 0.0, 1.0);
-      if ((a + t * d - x).norm() <= tolerance) w[static_cast<Eigen::Index>(b)] = 1;
-    }
-    if (w.sum() == 0) continue;
-    fixed.node.push_back(i);
-    rows.push_back(w / w.sum());
-  }
-  ASSERT_EQ(fixed.node.size(), 221u);
-  fixed.weights.resize(221, 20);
-  for (Eigen::Index k = 0; k < 221; ++k) fixed.weights.row(k) = rows[static_cast<std::size_t>(k)];
-  const SparseRows K = stiffness(mesh.V, mesh.T);
-  const Vector M = barycentric_mass(mesh.V, mesh.T);
-  const BoundedBiharmonicResult result = bounded_biharmonic({K, M, fixed});
+  const skinfield_test::FemCase hand = skinfield_test::read_fem_case(mesh_path, bones_path);
+  ASSERT_EQ(hand.fixed.node.size(), 221u);
+  const BoundedBiharmonicResult result = bounded_biharmonic(hand.problem());
   expect_simplex_rows(result.W);
   EXPECT_EQ(result.stats.status, SolveStats::Status::converged);
   constexpr double optimum = 13288.142716;  // by two independent methods
@@ -208,7 +167,7 @@ TEST(BoundedBiharmonic, ReachesTheCertifiedOptimumOfTheHand) {
   EXPECT_GE(result.stats.energy, optimum * (1 - 1e-9));
   EXPECT_LE(result.stats.lower_bound, optimum * (1 + 1e-9));
   EXPECT_LT(result.stats.relative_gap, 1e-3);
-  const double energy = 0.5 * result.W.cwiseProduct(biharmonic(K, M) * result.W).sum();
+  const double energy = 0.5 * result.W.cwiseProduct(biharmonic(hand.K, hand.M) * result.W).sum();
   EXPECT_NEAR(result.stats.energy, energy, 1e-9 * energy);
 }
 
