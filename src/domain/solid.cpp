@@ -48,8 +48,11 @@ struct Solid::Impl {
   std::optional<WindingNumber> dirty;
   std::optional<SmoothedWinding> smoothed;
   Facts facts;
+  bool any_hit = false;
+  double inside_from = 0;
 
   bool crossing_blocks(double running, double excess, const RayHit& hit, const Vec3& x) const {
+    if (any_hit) return true;
     // o = winding number on the outer side of the face that is crossed (findings E 3).
     const double o = hit.sign < 0 ? running - 1 : running;
     const double k = self_winding[static_cast<std::size_t>(hit.face)];
@@ -103,6 +106,7 @@ struct Solid::Impl {
       const double length = (b.x - a.x).norm();
       if (!scene || length <= std::max(a.clearance, b.clearance)) return false;
       if (!scene->occluded(a.x, b.x)) return false;
+      if (any_hit) return true;
     }
     return blocked_at(a, b.x, &b.winding, hits) < unlimited;
   }
@@ -142,11 +146,14 @@ Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions&
         classify_parts(mesh.V, repaired.F, handle_samples, options.accuracy, progress);
     s.facts.flipped_faces = repaired.flipped + parts.turned;
     s.facts.components = static_cast<int>(parts.kind.size());
+    s.any_hit = options.visibility == SolidOptions::Visibility::any_hit;
+    s.inside_from = options.inside_from;
     for (PartKind k : parts.kind) {
       s.facts.clean += k == PartKind::clean;
       s.facts.dirty += k == PartKind::dirty;
       s.facts.passengers += k == PartKind::passenger;
     }
+    if (s.any_hit) std::fill(parts.kind.begin(), parts.kind.end(), PartKind::clean);
     std::vector<int> clean_rows, dirty_rows, solid_rows;
     for (int f = 0; f < parts.F.rows(); ++f) {
       const PartKind k =
@@ -225,6 +232,8 @@ Site Solid::site(const Vec3& x) const {
 Site Solid::site_near(const Site& known, const Vec3& x) const {
   Site site;
   site.x = x;
+  // Crossings say all about closed parts only.
+  if (impl_->any_hit && impl_->facts.dirty > 0) return this->site(x);
   const double distance = (x - known.x).norm();
   site.clearance = std::max(0.0, known.clearance - distance);
   site.winding = known.winding;
@@ -243,7 +252,16 @@ std::vector<Site> Solid::sites(const Points& X) const {
   return all;
 }
 
+void Solid::measure_clearance(Site& site) const {
+  if (impl_->closest) site.clearance = impl_->closest->at(site.x).distance;
+}
+
+double Solid::winding(const Site& a) const {
+  return impl_->smoothed ? a.winding + impl_->smoothed->at(a.x) : a.winding;
+}
+
 bool Solid::inside(const Site& a) const {
+  if (impl_->any_hit) return a.winding >= impl_->inside_from;
   if (!impl_->smoothed) return a.winding >= 0.5 * impl_->facts.level;
   return a.winding + impl_->smoothed->at(a.x) >= 0.5 * impl_->smoothed->level(a.x);
 }
@@ -309,7 +327,7 @@ int Solid::component_of_vertex(int vertex) const {
   return impl_->component[static_cast<std::size_t>(vertex)];
 }
 bool Solid::has_clean() const { return impl_->clean.has_value(); }
-bool Solid::has_dirty() const { return impl_->dirty.has_value(); }
+bool Solid::has_dirty() const { return impl_->facts.dirty > 0; }
 const Triangles& Solid::faces() const { return impl_->F; }
 const Points& Solid::vertices() const { return impl_->V; }
 const Points& Solid::normals() const { return impl_->N; }

@@ -21,6 +21,12 @@ struct SolidOptions {
   /// Expected distance between nodes, unit-box units: sets the scale of the smoothed grid.
   double spacing = 0.02;
   double accuracy = 2.0;  ///< of the fast winding number
+  /// counted: the rules above. any_hit: every triangle blocks, clothes and torn parts included, and
+  /// inside is where the winding number of all of them reaches `inside_from` (the geometric-fields
+  /// paper's rule, for comparisons). Point clouds have no triangles: always counted.
+  enum class Visibility { counted, any_hit };
+  Visibility visibility = Visibility::counted;
+  double inside_from = 0.1;
 };
 
 /// A place with what visibility tests need to know about it.
@@ -51,8 +57,12 @@ class Solid {
   /// The site at x, a short way from a known one: counts crossings instead of evaluating the
   /// winding number (ten times faster; exact for closed parts). Its clearance is a lower bound.
   Site site_near(const Site& known, const Vec3& x) const;
+  /// Sets the clearance to the exact distance.
+  void measure_clearance(Site& site) const;
   bool inside(const Site& a) const;
   bool inside(const Vec3& x) const { return inside(site(x)); }
+  /// Winding number of clean parts and the smoothed one of dirty parts together.
+  double winding(const Site& a) const;
 
   /// Is the way from a to b blocked?
   bool blocked(const Site& a, const Site& b) const;
