@@ -1,0 +1,175 @@
+#include "skinfield/domain/interior_sampler.h"
+
+#include "domain/disk_grid.h"
+#include "domain/interior_cells.h"
+#include "skinfield/base/parallel.h"
+#include "skinfield/base/random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace skinfield {
+namespace {
+
+constexpr int cell_depth = 6;
+constexpr int cell_tests = 8;
+constexpr int most_pieces = 200;  // of a segment
+constexpr int most_tries = 4000;
+constexpr double disk = 0.78;         // smallest distance in units of (V / N)^(1/3)
+constexpr double pool_per_point = 8;  // candidates
+constexpr double fallback = 0.9;      // of the distance, where the pool has no room left
+
+}  // namespace
+
+struct InteriorSampler::Impl {
+  const Solid& solid;
+  std::vector<InteriorCell> cells;
+  std::vector<double> until;  // volume of the boxes up to and with each
+  double volume = 0;
+  bool closed;  // cells wholly inside need no test
+};
+
+InteriorSampler::InteriorSampler(const Solid& solid, std::uint64_t seed, const Progress& progress)
+    : impl_(new Impl{solid,
+                     interior_cells(solid, cell_depth, cell_tests, seed, progress),
+                     {},
+                     0,
+                     !solid.has_dirty()}) {
+  double boxes = 0;
+  for (const InteriorCell& c : impl_->cells) {
+    const double box = std::pow(2 * c.half, 3);
+    boxes += box;
+    impl_->until.push_back(boxes);
+    impl_->volume += box * c.share;
+  }
+  if (!(impl_->volume > 0))
+    throw DomainError("the shape encloses no volume", {}, "use the surface as domain");
+  parallel_for(impl_->cells.size(), 32, [&](std::size_t i) {
+    if (impl_->cells[i].whole) impl_->cells[i].site = solid.site(impl_->cells[i].centre);
+  });
+}
+
+InteriorSampler::~InteriorSampler() = default;
+InteriorSampler::InteriorSampler(InteriorSampler&&) noexcept = default;
+InteriorSampler& InteriorSampler::operator=(InteriorSampler&&) noexcept = default;
+
+double InteriorSampler::volume() const { return impl_->volume; }
+
+Site InteriorSampler::draw(std::uint64_t seed, std::uint64_t stream) const {
+  Random random(seed, stream);
+  Site site;
+  for (int attempt = 0; attempt < most_tries; ++attempt) {
+    const double target = random.uniform() * impl_->until.back();
+    const auto at = std::upper_bound(impl_->until.begin(), impl_->until.end(), target);
+    const auto c =
+        std::min(static_cast<std::size_t>(at - impl_->until.begin()), impl_->cells.size() - 1);
+    const InteriorCell& cell = impl_->cells[c];
+    const Vec3 u(random.uniform(), random.uniform(), random.uniform());
+    site = impl_->solid.site_near(cell.site, cell.centre + cell.half * (2 * u - Vec3::Ones()));
+    if ((cell.whole && impl_->closed) || impl_->solid.inside(site)) return site;
+  }
+  return site;
+}
+
+Site InteriorSampler::site(const Vec3& x) const { return impl_->solid.site(x); }
+
+std::vector<Site> InteriorSampler::spread(const std::vector<int>& counts, std::uint64_t seed,
+                                          const Progress& progress) const {
+  std::vector<Site> pool(static_cast<std::size_t>(pool_per_point * counts.back()));
+  parallel_for(pool.size(), 256, [&](std::size_t i) {
+    if ((i & 255) == 0) progress.check();
+    pool[i] = draw(seed, 0x50000000ull + i);
+  });
+  std::vector<Site> chosen;
+  std::vector<char> used(pool.size(), 0);
+  for (const int count : counts) {
+    const auto wanted = static_cast<std::size_t>(count);
+    double radius = disk * std::cbrt(impl_->volume / count);
+    for (int round = 0; chosen.size() < wanted && round < 40; ++round, radius *= fallback) {
+      progress.check();
+      DiskGrid grid(radius, wanted);
+      for (const Site& s : chosen) grid.add(s.x, radius, false);
+      for (std::size_t i = 0; i < pool.size() && chosen.size() < wanted; ++i) {
+        if (used[i] || grid.conflicts(pool[i].x, radius, 1)) continue;
+        grid.add(pool[i].x, radius, false);
+        chosen.push_back(pool[i]);
+        used[i] = 1;
+      }
+    }
+  }
+  parallel_for(chosen.size(), 64,
+               [&](std::size_t i) { impl_->solid.measure_clearance(chosen[i]); });
+  return chosen;
+}
+
+InteriorSamples::InteriorSamples(const InteriorSampler& sampler, const Solid& solid,
+                                 const Segments& segments, double radius, double share_near)
+    : sampler_(sampler),
+      solid_(solid),
+      segments_(segments),
+      radius_(radius),
+      share_near_(segments.empty() ? 0 : share_near) {
+  for (const auto& [a, b] : segments) {
+    // A point counts like a bone as long as the ball is wide.
+    total_ += std::max((b - a).norm(), 2 * radius);
+    until_.push_back(total_);
+    const int count = std::clamp(static_cast<int>((b - a).norm() / radius), 1, most_pieces);
+    std::vector<Site>& pieces = pieces_.emplace_back();
+    for (int p = 0; p < count; ++p) pieces.push_back(solid.site(a + (p + 0.5) / count * (b - a)));
+  }
+}
+
+double InteriorSamples::density(const Vec3& x) const {
+  double sum = 0;
+  for (const auto& [a, b] : segments_) {
+    const double length = (b - a).norm();
+    const double share = std::max(length, 2 * radius_) / total_;
+    if (length == 0) {
+      sum += (x - a).norm() < radius_ ? share : 0;
+      continue;
+    }
+    const Vec3 along = (b - a) / length;
+    const double t = (x - a).dot(along);
+    const double off2 = (x - a - t * along).squaredNorm();
+    if (off2 >= radius_ * radius_) continue;
+    const double half = std::sqrt(radius_ * radius_ - off2);
+    const double chord = std::min(length, t + half) - std::max(0.0, t - half);
+    sum += share * std::max(0.0, chord) / length;
+  }
+  return sum / (4.0 / 3 * std::numbers::pi * std::pow(radius_, 3));
+}
+
+std::vector<WeightedSite> InteriorSamples::draw(int count, std::uint64_t seed, std::uint64_t stream,
+                                                const Progress& progress) const {
+  const int near = static_cast<int>(std::lround(share_near_ * count));
+  std::vector<WeightedSite> drawn(static_cast<std::size_t>(count));
+  parallel_for(drawn.size(), 64, [&](std::size_t i) {
+    if ((i & 63) == 0) progress.check();
+    WeightedSite& sample = drawn[i];
+    if (static_cast<int>(i) < near) {
+      // A uniform point of a segment, a uniform offset in a ball.
+      Random random(seed, stream + i);
+      const double target = random.uniform() * total_;
+      const auto at = std::upper_bound(until_.begin(), until_.end(), target);
+      const auto s = std::min(static_cast<std::size_t>(at - until_.begin()), until_.size() - 1);
+      const auto& [a, b] = segments_[s];
+      const double t = random.uniform();
+      const Vec3 direction = random.direction();
+      const Vec3 x = a + t * (b - a) + radius_ * std::cbrt(random.uniform()) * direction;
+      const auto& pieces = pieces_[s];
+      sample.site = solid_.site_near(
+          pieces[static_cast<std::size_t>(t * static_cast<double>(pieces.size()))], x);
+      if (!solid_.inside(sample.site)) return;
+    } else {
+      sample.site = sampler_.draw(seed, stream + i);
+    }
+    solid_.measure_clearance(sample.site);
+    const double uniform = (count - near) / sampler_.volume();
+    sample.weight = 1 / (uniform + (near > 0 ? near * density(sample.site.x) : 0));
+  });
+  std::erase_if(drawn, [](const WeightedSite& s) { return s.weight == 0; });
+  return drawn;
+}
+
+}  // namespace skinfield
