@@ -1,0 +1,113 @@
+// Weights as a geometric field: no mesh of the inside, conditions hard by construction, evaluation
+// anywhere ("Robust Biharmonic Skinning Using Geometric Fields", ACM TOG 2025). Three optimisers
+// work on the same field; docs/methods/geometric_fields.md says what follows which equation.
+#pragma once
+
+#include "skinfield/domain/domain.h"
+#include "skinfield/domain/field_conditions.h"
+#include "skinfield/domain/kernel_field.h"
+#include "skinfield/weights/field_state.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace skinfield {
+
+struct GeometricFieldsOptions {
+  /// convex: parameters on the simplex, a convex program over fixed samples, with a certificate.
+  /// adam: the paper's, fresh samples each step, softplus. adam_pool: the same, samples reused
+  /// within a level.
+  enum class Solver : unsigned char { convex, adam, adam_pool };
+  enum class Boundary : unsigned char { natural, neumann };
+  Solver solver = Solver::convex;
+  Boundary boundary = Boundary::natural;
+  SolidOptions::Visibility visibility = SolidOptions::Visibility::counted;
+  KernelFieldOptions kernel;
+  int points = 0;              ///< at the finest level; 0: 2^14 for convex, else 2^16
+  double step = 0.5;           ///< finite-difference step h in units of sigma
+  double rows_per_point = 12;  ///< convex: directional rows for each point
+  double near_handles = 0.5;   ///< share of the samples drawn near handles
+  double winding_low = 0.1, winding_high = 0.25;  ///< equation 11
+  int samples_per_step = 1 << 11;                 ///< adam, adam_pool: M
+  double tolerance = 1e-3;          ///< convex; twice this share of held-out energy must be gained
+  std::int64_t max_iterations = 0;  ///< in all, resumed ones too; 0: the solver's own
+  double time_limit_s = 0;          ///< 0: none
+  std::uint64_t seed = 0;
+};
+
+/// How the rows of surface vertices came about (appendix A).
+struct FieldEvaluationCounts {
+  std::int64_t seen = 0;          ///< the masked kernel, rays from a little way inside
+  std::int64_t flood_filled = 0;  ///< from neighbours: outside, or no point in view
+  std::int64_t without_rays = 0;  ///< the kernel without visibility
+  std::int64_t passengers = 0;    ///< clothes and shells: from the nearest vertices of the solid
+};
+
+struct GeometricFieldsFacts {
+  double volume = 0;
+  double sigma = 0;  ///< at the finest level
+  ConditionRadii radii;
+  std::int64_t rows = 0, held_out_rows = 0, blind_samples = 0;
+  std::int64_t unreached_points = 0;  ///< hang together with nothing prescribed: nearest handle
+  std::size_t row_bytes = 0;
+  double held_out_energy = 0;  ///< per sampled volume like `energy`, on samples that took no part
+  FieldEvaluationCounts vertices;
+  std::map<std::string, double> seconds;  ///< wall time of each stage
+};
+
+/// A field that can be evaluated anywhere. Positions in the unit box. Owns all that it needs.
+class GeometricField {
+ public:
+  /// @throws DomainError if the shape has no volume or nothing binds it.
+  GeometricField(const Mesh& mesh, const std::vector<Handle>& handles, const PaintedVertices& paint,
+                 const GeometricFieldsOptions& options, const Progress& progress = {});
+  ~GeometricField();
+  GeometricField(GeometricField&&) noexcept;
+
+  /// (n,m) rows on the simplex for (n,3) points, unit normals (n,3) or no rows.
+  RowMatrix at(const Points& X, const Points& normals, std::vector<Fill>& fill) const;
+  /// The vertices of the mesh, with appendix A's order of rescue. Painted ones have their paint.
+  RowMatrix at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts& counts) const;
+
+  const Solid& solid() const;
+  const FieldConditions& conditions() const;
+  const KernelField& kernel() const;
+  /// (N,m) parameters of kernel().points().
+  const FloatRows& parameters() const;
+
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+struct GeometricFieldsResult {
+  std::shared_ptr<GeometricField> field;
+  RowMatrix W;  ///< (n,m) rows of the mesh's vertices, on the simplex; columns are handles
+  std::vector<Fill> fill;
+  FieldState state;  ///< to be saved and taken up again
+  SolveStats stats;
+  GeometricFieldsFacts facts;
+};
+
+/// The options by name and back, for saved fields. Unknown names are ignored.
+std::vector<std::pair<std::string, double>> settings_of(const GeometricFieldsOptions& options);
+void apply_settings(const std::vector<std::pair<std::string, double>>& settings,
+                    GeometricFieldsOptions& options);
+
+/// @param mesh in the unit box, equal positions merged. @param paint hard conditions on part of the
+/// surface. @param resume a state to go on from (the same shape and handles; paint may differ), or
+/// null. A solve that is stopped by a limit returns valid weights with status limit.
+/// @throws DomainError as GeometricField, InputError if `resume` does not fit.
+GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handle>& handles,
+                                       const PaintedVertices& paint = {},
+                                       const GeometricFieldsOptions& options = {},
+                                       const FieldState* resume = nullptr,
+                                       const Progress& progress = {});
+
+}  // namespace skinfield

@@ -1,0 +1,236 @@
+#include "skinfield/methods/geometric_fields.h"
+
+#include "domain/stage_clock.h"
+#include "methods/field_impl.h"
+#include "methods/field_levels.h"
+#include "skinfield/base/parallel.h"
+#include "skinfield/domain/point_domain.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace skinfield {
+namespace {
+
+constexpr int coarsest_convex = 1 << 10;
+constexpr int convex_growth = 4;
+constexpr int paper_first = 1 << 13;  // points of the paper's first level in 3D
+constexpr int paper_doublings = 3;
+constexpr int pool_doublings = 5;     // what is far from handles settles while points are few
+constexpr double radius_share = 0.5;  // condition radii in units of sigma (appendix A)
+constexpr double probe_depth = 1e-3;  // of painted places, into the shape; unit box
+constexpr double volume_share = 0.1;  // of their box that shapes fill, about
+
+int wanted_points(const GeometricFieldsOptions& options) {
+  if (options.points > 0) return std::max(options.points, 16);
+  return options.solver == GeometricFieldsOptions::Solver::convex ? 1 << 14 : 1 << 16;
+}
+
+Solid make_solid(const Mesh& mesh, const std::vector<Handle>& handles, const PaintedVertices& paint,
+                 const GeometricFieldsOptions& options, const Progress& progress) {
+  if (mesh.V.rows() == 0) throw DomainError("the mesh has no vertices");
+  const Box3 box = bounding_box(mesh.V);
+  const Eigen::RowVector3d side = box.row(1) - box.row(0);
+  // Painted places say like handles where inside is, and that their part is no passenger.
+  const Points along = probe_handles(handles, 0.005);
+  const auto painted = static_cast<Eigen::Index>(paint.vertex.size());
+  Points probes(along.rows() + painted, 3);
+  probes.topRows(along.rows()) = along;
+  const Points normals = mesh.is_point_cloud() ? mesh.N : vertex_normals(mesh.V, mesh.F);
+  for (Eigen::Index k = 0; k < painted; ++k) {
+    const int v = paint.vertex[static_cast<std::size_t>(k)];
+    if (v < 0 || v >= mesh.V.rows())
+      throw InputError("painted vertex " + std::to_string(v) + " does not exist");
+    probes.row(along.rows() + k) = mesh.V.row(v);
+    if (normals.rows() > 0) probes.row(along.rows() + k) -= probe_depth * normals.row(v);
+  }
+  return Solid(
+      mesh, probes,
+      {.spacing = std::cbrt(volume_share * std::max(side.prod(), 1e-6) / wanted_points(options)),
+       .visibility = options.visibility,
+       .inside_from = options.winding_low},
+      progress);
+}
+
+/// Coarse to fine, doubling up to the wanted number.
+std::vector<int> level_counts(const GeometricFieldsOptions& options) {
+  const int finest = wanted_points(options);
+  std::vector<int> counts{finest};
+  if (options.solver == GeometricFieldsOptions::Solver::convex) {
+    while (counts.back() / convex_growth >= coarsest_convex)
+      counts.push_back(counts.back() / convex_growth);
+  } else {
+    const bool pooled = options.solver == GeometricFieldsOptions::Solver::adam_pool;
+    const int doublings = pooled ? pool_doublings : paper_doublings;
+    for (int k = 0; k < doublings; ++k) counts.push_back(std::max(counts.back() / 2, 16));
+  }
+  std::reverse(counts.begin(), counts.end());
+  return counts;
+}
+
+const char* name_of(GeometricFieldsOptions::Solver solver) {
+  switch (solver) {
+    case GeometricFieldsOptions::Solver::adam:
+      return "adam";
+    case GeometricFieldsOptions::Solver::adam_pool:
+      return "adam-pool";
+    default:
+      return "convex";
+  }
+}
+
+void check_resumable(const FieldState& state, const char* solver, Eigen::Index columns,
+                     std::size_t levels) {
+  const auto fail = [](const std::string& what) {
+    throw InputError("the saved field does not fit: " + what, {}, "solve without --resume");
+  };
+  if (state.solver != solver) fail("it was solved by " + state.solver + ", not by " + solver);
+  if (state.F.cols() != columns)
+    fail("it has " + std::to_string(state.F.cols()) + " handles for " + std::to_string(columns));
+  if (state.F.rows() != state.X.rows() || state.X.rows() == 0 || !state.X.allFinite() ||
+      !state.F.allFinite())
+    fail("its points and parameters are damaged");
+  if (state.level < 0 || static_cast<std::size_t>(state.level) >= levels)
+    fail("it is at a level that these options do not have");
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, double>> settings_of(const GeometricFieldsOptions& o) {
+  return {{"solver", static_cast<double>(o.solver)},
+          {"boundary", static_cast<double>(o.boundary)},
+          {"visibility", static_cast<double>(o.visibility)},
+          {"kernel", static_cast<double>(o.kernel.kernel)},
+          {"kernel_neighbour", o.kernel.neighbour},
+          {"kernel_width", o.kernel.width},
+          {"points", o.points},
+          {"step", o.step},
+          {"rows_per_point", o.rows_per_point},
+          {"near_handles", o.near_handles},
+          {"winding_low", o.winding_low},
+          {"winding_high", o.winding_high},
+          {"samples_per_step", o.samples_per_step}};
+}
+
+void apply_settings(const std::vector<std::pair<std::string, double>>& settings,
+                    GeometricFieldsOptions& o) {
+  using Options = GeometricFieldsOptions;
+  for (const auto& [name, value] : settings) {
+    const int whole = static_cast<int>(std::clamp(value, -1e9, 1e9));
+    if (name == "solver" && whole >= 0 && whole <= 2)
+      o.solver = static_cast<Options::Solver>(whole);
+    if (name == "boundary") o.boundary = static_cast<Options::Boundary>(whole == 1);
+    if (name == "visibility") o.visibility = static_cast<SolidOptions::Visibility>(whole == 1);
+    if (name == "kernel") o.kernel.kernel = static_cast<KernelFieldOptions::Kernel>(whole == 1);
+    if (name == "kernel_neighbour") o.kernel.neighbour = std::clamp(whole, 1, 64);
+    if (name == "kernel_width" && value > 0) o.kernel.width = value;
+    if (name == "points" && whole >= 0) o.points = whole;
+    if (name == "step" && value > 0) o.step = value;
+    if (name == "rows_per_point" && value > 0) o.rows_per_point = value;
+    if (name == "near_handles") o.near_handles = std::clamp(value, 0.0, 0.95);
+    if (name == "winding_low") o.winding_low = value;
+    if (name == "winding_high") o.winding_high = value;
+    if (name == "samples_per_step" && whole > 0) o.samples_per_step = whole;
+  }
+}
+
+GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& handles,
+                               const PaintedVertices& paint, const GeometricFieldsOptions& options,
+                               const Progress& progress)
+    : impl_(new Impl{mesh,
+                     handles,
+                     paint,
+                     make_solid(mesh, handles, paint, options, progress),
+                     {},
+                     {},
+                     {},
+                     {},
+                     false}) {
+  impl_->softplus = options.solver != GeometricFieldsOptions::Solver::convex;
+  impl_->conditions.emplace(impl_->solid, impl_->mesh, handles, paint,
+                            options.boundary == GeometricFieldsOptions::Boundary::neumann);
+  const std::vector<char>& bound = impl_->conditions->bound();
+  if (std::find(bound.begin(), bound.end(), 1) == bound.end())
+    throw DomainError("no handle has a part inside the shape", {}, "use the surface as domain");
+  impl_->sampler.emplace(impl_->solid, options.seed, progress);
+}
+
+GeometricField::~GeometricField() = default;
+GeometricField::GeometricField(GeometricField&&) noexcept = default;
+
+GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handle>& handles,
+                                       const PaintedVertices& paint,
+                                       const GeometricFieldsOptions& options,
+                                       const FieldState* resume, const Progress& progress) {
+  GeometricFieldsResult result;
+  StageClock clock(result.facts.seconds);
+  progress("solid", 0);
+  result.field = std::make_shared<GeometricField>(mesh, handles, paint, options, progress);
+  GeometricField::Impl& field = result.field->impl();
+  clock.lap("solid");
+
+  FieldState& state = result.state;
+  state.solver = name_of(options.solver);
+  state.seed = options.seed;
+  state.counts = level_counts(options);
+  if (resume) {
+    if (!resume->counts.empty()) state.counts = resume->counts;
+    check_resumable(*resume, state.solver.c_str(),
+                    static_cast<Eigen::Index>(field.conditions->bound().size()),
+                    state.counts.size());
+    state = *resume;
+    result.stats.iterations = static_cast<int>(state.steps);
+  }
+  progress("points", 0);
+  const std::vector<Site> points = field.sampler->spread(state.counts, state.seed, progress);
+  clock.lap("points");
+
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  LevelSolver solver(field, options, state, result.facts, result.stats);
+  solver.stop = [&] {
+    if (options.max_iterations > 0 && result.stats.iterations >= options.max_iterations)
+      return true;
+    return options.time_limit_s > 0 &&
+           std::chrono::duration<double>(Clock::now() - start).count() > options.time_limit_s;
+  };
+  const int first_level = state.level;
+  for (int level = first_level; level < static_cast<int>(state.counts.size()); ++level) {
+    progress("level", static_cast<double>(level) / static_cast<double>(state.counts.size()));
+    const auto wanted = static_cast<std::size_t>(state.counts[static_cast<std::size_t>(level)]);
+    std::vector<Site> here(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(
+                                                                std::min(wanted, points.size())));
+    if (resume && level == first_level)
+      solver.take_up(*resume, std::move(here), progress);
+    else
+      solver.enter(level, std::move(here), progress);
+    clock.lap("prolong");
+    // The paper's radii: half of sigma; Neumann's stays what it is on the paper's first level.
+    const KernelField& kernel = *field.kernel;
+    if (!(state.neumann_radius > 0)) {
+      const double ratio = std::cbrt(static_cast<double>(kernel.points().size()) / paper_first);
+      state.neumann_radius = radius_share * kernel.sigma() * std::min(1.0, ratio);
+    }
+    result.facts.radii = {
+        radius_share * kernel.sigma(), radius_share * kernel.sigma(),
+        options.boundary == GeometricFieldsOptions::Boundary::neumann ? state.neumann_radius : 0};
+    field.conditions->set_radii(result.facts.radii);
+    const bool finest = level + 1 == static_cast<int>(state.counts.size());
+    if (!solver.solve(level, finest, clock, progress)) break;
+  }
+  result.facts.sigma = field.kernel->sigma();
+  result.facts.volume = field.sampler->volume();
+  solver.settle_unreached(progress);
+  state.F = field.F;
+  state.X.resize(static_cast<Eigen::Index>(field.kernel->points().size()), 3);
+  for (Eigen::Index i = 0; i < state.X.rows(); ++i)
+    state.X.row(i) = field.kernel->points()[static_cast<std::size_t>(i)].x.transpose();
+  clock.lap("components");
+  progress("evaluation", 0);
+  result.W = result.field->at_mesh(result.fill, result.facts.vertices);
+  clock.lap("evaluation");
+  return result;
+}
+
+}  // namespace skinfield
