@@ -211,6 +211,7 @@ void Alternation::drop_dust(double dust, RowMatrix& W) const {
     for (Eigen::Index j = 0; j < W.cols(); ++j) {
       if (W(i, j) < least) W(i, j) = 0;
     }
+    if (free_.boxes()) return;
     const double kept = W.row(i).sum();
     if (kept > 0) W.row(i) *= sum / kept;
   });
