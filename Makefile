@@ -44,6 +44,7 @@ results:
 	@tools/build.sh release -j $(JOBS) skinfield_cli
 	@tools/with_python.sh tools/results.py --program $(PROGRAM)
 	@tools/with_python.sh tools/results_tets.py --program $(PROGRAM)
+	@tools/with_python.sh tools/results_exact.py --program $(PROGRAM)
 
 check:
 	@tools/setup.sh build tidy

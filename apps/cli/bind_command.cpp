@@ -14,6 +14,7 @@
 #include <fmt/core.h>
 
 #include <chrono>
+#include <cmath>
 #include <set>
 
 namespace skinfield::cli {
@@ -25,8 +26,8 @@ struct Options {
   std::string quality = "normal", symmetry = "off";
   std::string paint, weights_in, lock, report, weights_out;
   SkeletonOptions skeleton;
-  int nodes = 0, iterations = 500, max_influences = -1;
-  double tolerance = 1e-3, time_limit = 0, prune = -1;
+  int nodes = 0, iterations = 0, max_influences = -1;
+  double tolerance = 0, time_limit = 0, prune = -1;
   std::uint64_t seed = 0;
   std::set<std::string> given;  ///< names of the options on the command line
 };
@@ -58,7 +59,7 @@ std::vector<std::string> method_names() {
 std::set<std::string> solver_names() {
   std::set<std::string> names{"auto"};
   for (const MethodFacts& facts : methods())
-    for (const Solver solver : facts.solvers) names.emplace(name_of(solver));
+    for (const SolverFacts& solver : facts.solvers) names.emplace(name_of(solver.solver));
   return names;
 }
 
@@ -70,6 +71,23 @@ std::string method_help() {
   return text + ". auto = bbw";
 }
 
+std::string solver_help() {
+  std::string text = "How it is solved, the first by default";
+  for (const MethodFacts& facts : methods()) {
+    if (facts.solvers.size() < 2) continue;
+    text += fmt::format("; {}:", facts.name);
+    for (const SolverFacts& solver : facts.solvers)
+      text += fmt::format(" {}", name_of(solver.solver));
+  }
+  return text;
+}
+
+std::string tolerance_help() {
+  return "When to stop: primal, coupled, decoupled [1e-3]: no weight changes by more; dual [1e-4] "
+         "and "
+         "active-set [1e-9]: the certified gap; quasi-harmonic [1e-4]: a round saves less";
+}
+
 /// Options that the method has no use for are refused, not ignored.
 void check_method_options(const Options& o) {
   const MethodFacts& facts = chosen_method(o);
@@ -78,15 +96,15 @@ void check_method_options(const Options& o) {
       if (!useful && o.given.contains(name))
         throw UsageError(fmt::format("{}: --method {} {} (leave it out)", name, facts.name, why));
   };
-  refuse(facts.iterates, {"--tolerance", "--iterations", "--time-limit"}, "is solved directly");
+  refuse(facts.iterates(), {"--tolerance", "--iterations", "--time-limit"}, "is solved directly");
   refuse(facts.on_domain, {"--nodes", "--quality", "--seed"}, "has no nodes but the vertices");
   refuse(facts.uses_mass, {"--mass"}, "has no masses in it");
-  refuse(!facts.solvers.empty(), {"--solver"}, "has only one solver");
+  refuse(facts.solvers.size() > 1, {"--solver"}, "has only one solver");
   if (o.solver == "auto") return;
   std::string choices;
-  for (const Solver solver : facts.solvers) {
-    if (name_of(solver) == o.solver) return;
-    choices += (choices.empty() ? "" : ", ") + std::string(name_of(solver));
+  for (const SolverFacts& solver : facts.solvers) {
+    if (name_of(solver.solver) == o.solver) return;
+    choices += (choices.empty() ? "" : ", ") + std::string(name_of(solver.solver));
   }
   throw UsageError(fmt::format("--solver {}: --method {} has {}", o.solver, facts.name, choices));
 }
@@ -95,8 +113,8 @@ BindOptions bind_options(const Options& o) {
   BindOptions options;
   const MethodFacts& facts = chosen_method(o);
   options.method = facts.method;
-  for (const Solver solver : facts.solvers)
-    if (name_of(solver) == o.solver) options.solver = solver;
+  for (const SolverFacts& solver : facts.solvers)
+    if (name_of(solver.solver) == o.solver) options.solver = solver.solver;
   options.domain = o.domain == "points" ? BindOptions::DomainKind::points
                    : o.domain == "tris" ? BindOptions::DomainKind::surface
                    : o.domain == "tets" ? BindOptions::DomainKind::tets
@@ -108,6 +126,7 @@ BindOptions bind_options(const Options& o) {
   options.tolerance = o.tolerance;
   options.iterations = o.iterations;
   options.time_limit_s = o.time_limit;
+  options.keep_history = !o.report.empty();
   options.seed = o.seed;
   if (o.mass == "voronoi") options.mass = MassKind::voronoi;
   const bool gltf = is_gltf(o.output);
@@ -139,16 +158,15 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
     all["quality"] = o.quality;
     all["nodes"] = std::to_string(b.nodes);
   }
-  if (facts.iterates) {
-    all["tolerance"] = fmt::format("{:g}", b.tolerance);
-    all["iterations"] = std::to_string(b.iterations);
+  if (const SolverFacts* solver = facts_of(b.method, b.solver)) {
+    const double tolerance = b.tolerance > 0 ? b.tolerance : solver->tolerance;
+    all["tolerance"] = fmt::format("{:g}", tolerance);
+    all["tolerance_is"] = solver->tolerance_is;
+    all["iterations"] = std::to_string(b.iterations > 0 ? b.iterations : solver->iterations);
     all["time_limit_s"] = fmt::format("{:g}", b.time_limit_s);
+    if (facts.solvers.size() > 1) all["solver"] = name_of(solver->solver);
   }
   if (facts.uses_mass) all["mass"] = o.mass;
-  if (!facts.solvers.empty()) {
-    const Solver solver = b.solver == Solver::automatic ? facts.solvers.front() : b.solver;
-    all["solver"] = name_of(solver);
-  }
   return all;
 }
 
@@ -205,11 +223,13 @@ BindResult bind_naming_file(const std::string& path, const Character& character,
 /// One line about a character that was bound.
 std::string summary(const std::string& name, const BindReport& r, const BindOptions& options) {
   const MethodFacts& facts = facts_of(options.method);
-  const std::string quality =
-      facts.iterates ? fmt::format("largest change {:.1e}, certified gap {:.1e}",
-                                   r.solve.largest_change, r.solve.relative_gap)
-                     : fmt::format("{}, clamped mass {:.1e} on average, {:.1e} at most", facts.name,
-                                   r.clamped_mass_mean, r.clamped_mass_max);
+  std::string quality = std::string(facts.name);
+  if (std::isfinite(r.solve.kkt_residual) && facts.iterates())
+    quality = fmt::format("largest change {:.1e}, certified gap {:.1e}", r.solve.largest_change,
+                          r.solve.relative_gap);
+  else if (!facts.iterates())
+    quality += fmt::format(", clamped mass {:.1e} on average, {:.1e} at most", r.clamped_mass_mean,
+                           r.clamped_mass_max);
   return fmt::format("{}: {} vertices, {} handles, {} on {} nodes; {}", name, r.rows, r.handles,
                      name_of(r.rung), r.nodes, quality);
 }
@@ -314,7 +334,7 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--method", o->method, method_help())
       ->check(CLI::IsMember(method_names()))
       ->capture_default_str();
-  verb->add_option("--solver", o->solver, "How it is solved: auto, or primal for bbw")
+  verb->add_option("--solver", o->solver, solver_help())
       ->check(CLI::IsMember(solver_names()))
       ->capture_default_str();
   verb->add_option("--domain", o->domain,
@@ -326,12 +346,9 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
       ->check(CLI::IsMember({"draft", "normal", "high"}))
       ->capture_default_str();
   verb->add_option("--nodes", o->nodes, "Nodes, instead of --quality")->check(number(50, 4000000));
-  verb->add_option("--tolerance", o->tolerance, "Stop when no weight changes by more")
-      ->check(number(1e-9, 1))
-      ->capture_default_str();
-  verb->add_option("--iterations", o->iterations, "At most so many iterations")
-      ->check(number(1, 1000000))
-      ->capture_default_str();
+  verb->add_option("--tolerance", o->tolerance, tolerance_help())->check(number(1e-12, 1));
+  verb->add_option("--iterations", o->iterations, "At most so many iterations [the solver's own]")
+      ->check(number(1, 1000000));
   verb->add_option("--time-limit", o->time_limit, "Seconds for the solve (0: no limit)")
       ->check(number(0, 1e9))
       ->capture_default_str();

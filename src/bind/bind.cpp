@@ -89,6 +89,12 @@ void describe_clamping(const RowMatrix& raw, BindReport& report) {
   report.clamped_mass_max = below.maxCoeff();
 }
 
+/// 1/2 tr(W' K M^-1 K W)
+double biharmonic_energy(const Domain& domain, const RowMatrix& W) {
+  const RowMatrix KW = domain.stiffness() * W;
+  return 0.5 * (domain.mass().cwiseInverse().asDiagonal() * KW).cwiseProduct(KW).sum();
+}
+
 /// Does any vertex have more influences worth the name than it may keep?
 bool cuts_influences(const RowMatrix& W, const BindOptions& options) {
   const double dust = std::max(options.prune, 1e-6);
@@ -183,6 +189,11 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
     const double scale = std::pow(solved->scaled.box.scale, 2 * weights.derivative - dimension);
     report.solve.energy *= scale;
     report.solve.lower_bound *= scale;
+    report.history = std::move(weights.history);
+    for (BindReport::Step& step : report.history) {
+      step.energy *= scale;
+      step.lower_bound *= scale;
+    }
     watch.lap("solve");
     own = solved->at_mesh(normals);
     if (weights.raw.rows() > 0) describe_clamping(own.P * weights.raw, report);
@@ -194,6 +205,11 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
       watch.lap("resolve");
     }
   }
+
+  if (solved->domain)
+    report.biharmonic_energy =
+        biharmonic_energy(*solved->domain, solved->nodal) *
+        std::pow(solved->scaled.box.scale, solved->rung == Rung::volume ? 1 : 2);
 
   progress("evaluate", 0);
   std::vector<Fill> fill;

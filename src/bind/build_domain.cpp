@@ -24,7 +24,7 @@ bool build_tets(const BindOptions& options, const Character& character, SolvedDo
     solved.rung = Rung::volume;
     return true;
   } catch (const DomainError& error) {
-    if (options.domain == DomainKind::tets) throw;
+    if (options.domain == DomainKind::tets || facts_of(options.method).needs_elements) throw;
     report.warnings.push_back(error.message() + ": the weights live on points");
     return false;
   }
@@ -104,7 +104,8 @@ void build_domain(const BindOptions& options, const Character& character,
   const Mesh& mesh = solved.scaled.mesh;
   const bool flat = report.input.planar && mesh.F.rows() > 0;
   const bool surface_wanted = kind == DomainKind::surface;
-  if (kind == DomainKind::tets || (mesh.T.rows() > 0 && kind == DomainKind::automatic)) {
+  const bool elements = mesh.T.rows() > 0 || (facts_of(options.method).needs_elements && !flat);
+  if (kind == DomainKind::tets || (elements && kind == DomainKind::automatic)) {
     if (build_tets(options, character, solved, report, progress)) return;
   }
   if (flat && kind == DomainKind::points)

@@ -10,19 +10,54 @@ std::string_view name_of(Solver solver) {
       return "auto";
     case Solver::primal:
       return "primal";
+    case Solver::dual:
+      return "dual";
+    case Solver::active_set:
+      return "active-set";
+    case Solver::coupled:
+      return "coupled";
+    case Solver::decoupled:
+      return "decoupled";
   }
   return "";
 }
 
 std::span<const MethodFacts> methods() {
+  constexpr std::string_view change = "largest change of a weight";
+  constexpr std::string_view gap = "certified gap";
   static const std::vector<MethodFacts> all{
       {.method = Method::bounded_biharmonic,
        .name = "bbw",
        .description = "bounded biharmonic, smooth and valid by construction",
-       .iterates = true,
        .on_domain = true,
        .uses_mass = true,
-       .solvers = {Solver::primal}},
+       .starts = true,
+       .solvers = {{Solver::primal, change, 1e-3, 500},
+                   {Solver::dual, gap, 1e-4, 20000},
+                   {Solver::active_set, gap, 1e-9, 500}}},
+      {.method = Method::decoupled_biharmonic,
+       .name = "bbw-decoupled",
+       .description = "each bone by itself between 0 and 1, then normalised",
+       .on_domain = true,
+       .uses_mass = true,
+       .starts = true,
+       .solvers = {{Solver::primal, change, 1e-3, 500},
+                   {Solver::dual, gap, 1e-4, 20000},
+                   {Solver::active_set, "", 0, 8}}},
+      {.method = Method::monotonic,
+       .name = "monotonic",
+       .description = "bounded biharmonic without local extrema",
+       .on_domain = true,
+       .uses_mass = true,
+       .locks = false,
+       .solvers = {{Solver::coupled, change, 1e-3, 400}, {Solver::decoupled, change, 1e-3, 400}}},
+      {.method = Method::quasi_harmonic,
+       .name = "quasi-harmonic",
+       .description = "harmonic in an optimised metric, hardly any extrema, on elements",
+       .on_domain = true,
+       .needs_elements = true,
+       .uses_mass = true,
+       .solvers = {{Solver::primal, "share of the energy that a round must save", 1e-4, 24}}},
       {.method = Method::harmonic,
        .name = "harmonic",
        .description = "valid, but with a kink at every bone",
@@ -49,6 +84,12 @@ const MethodFacts& facts_of(Method method) {
   const std::span<const MethodFacts> all = methods();
   return *std::find_if(all.begin(), all.end(),
                        [method](const MethodFacts& facts) { return facts.method == method; });
+}
+
+const SolverFacts* facts_of(Method method, Solver solver) {
+  for (const SolverFacts& facts : facts_of(method).solvers)
+    if (solver == Solver::automatic || facts.solver == solver) return &facts;
+  return nullptr;
 }
 
 }  // namespace skinfield

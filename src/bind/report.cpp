@@ -75,7 +75,16 @@ Json character_json(const BindReport& r) {
                    {"lower_bound", number(r.solve.lower_bound)},
                    {"relative_gap", number(r.solve.relative_gap)},
                    {"kkt_residual", number(r.solve.kkt_residual)},
-                   {"largest_change", number(r.solve.largest_change)}};
+                   {"largest_change", number(r.solve.largest_change)},
+                   {"biharmonic_energy", number(r.biharmonic_energy)}};
+  if (!r.history.empty()) {
+    Json& history = json["solve"]["history"];
+    history = {{"columns", {"iteration", "energy", "lower_bound", "constraint_violation"}},
+               {"rows", Json::array()}};
+    for (const BindReport::Step& s : r.history)
+      history["rows"].push_back(
+          {s.iteration, number(s.energy), number(s.lower_bound), number(s.constraint_violation)});
+  }
   Json histogram = Json::object();
   for (std::size_t k = 0; k < r.influences.size(); ++k)
     if (r.influences[k] > 0) histogram[std::to_string(k)] = r.influences[k];

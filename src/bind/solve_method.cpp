@@ -1,8 +1,14 @@
 #include "bind/solve_method.h"
 
 #include "bind/tet_stage.h"
+#include "skinfield/base/error.h"
 #include "skinfield/methods/bone_heat.h"
+#include "skinfield/methods/bounded_biharmonic_active_set.h"
+#include "skinfield/methods/bounded_biharmonic_dual.h"
+#include "skinfield/methods/decoupled_biharmonic.h"
+#include "skinfield/methods/monotonic.h"
 #include "skinfield/methods/polyharmonic.h"
+#include "skinfield/methods/quasi_harmonic.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +21,25 @@ BoundedBiharmonicProblem problem_on(const SolvedDomain& solved) {
   return {solved.domain->stiffness(), solved.domain->mass(), solved.domain->fixed()};
 }
 
+struct Stop {
+  double tolerance = 0;
+  int iterations = 0;
+};
+
+/// When the solver stops: as asked for, or its own choice.
+Stop stop_of(const BindOptions& options) {
+  const SolverFacts* facts = facts_of(options.method, options.solver);
+  return {options.tolerance > 0 ? options.tolerance : facts->tolerance,
+          options.iterations > 0 ? options.iterations : facts->iterations};
+}
+
+std::vector<BindReport::Step> steps(const std::vector<DualRecord>& history) {
+  std::vector<BindReport::Step> result;
+  for (const DualRecord& r : history)
+    result.push_back({r.iteration, r.primal_objective, r.dual_objective, r.constraint_violation});
+  return result;
+}
+
 /// A point domain has the painted points among its fixed nodes.
 FixedRows paint_for(const SolvedDomain& solved, const Conditions& conditions) {
   if (solved.points) return {};
@@ -24,9 +49,10 @@ FixedRows paint_for(const SolvedDomain& solved, const Conditions& conditions) {
 
 BoundedBiharmonicOptions bounded_options(const SolvedDomain& solved, const Conditions& conditions,
                                          const BindOptions& options) {
+  const Stop stop = stop_of(options);
   BoundedBiharmonicOptions method;
-  method.tolerance = options.tolerance;
-  method.max_iterations = options.iterations;
+  method.tolerance = stop.tolerance;
+  method.max_iterations = stop.iterations;
   method.time_limit_s = options.time_limit_s;
   method.start = start_on_nodes(conditions, solved);
   if (method.start.rows() > 0) method.locked = conditions.locked;
@@ -36,11 +62,119 @@ BoundedBiharmonicOptions bounded_options(const SolvedDomain& solved, const Condi
   return method;
 }
 
+/// The paper's dual, which stops on the certified gap.
+DualOptions dual_options(const BindOptions& options) {
+  const Stop stop = stop_of(options);
+  DualOptions dual;
+  dual.relative_gap = stop.tolerance;
+  dual.max_iterations = stop.iterations;
+  dual.time_limit_s = options.time_limit_s;
+  dual.keep_history = options.keep_history;
+  return dual;
+}
+
 MethodSolution solve_bounded(const SolvedDomain& solved, const Conditions& conditions,
                              const BindOptions& options, const Progress& progress) {
-  BoundedBiharmonicResult result = bounded_biharmonic(
-      problem_on(solved), bounded_options(solved, conditions, options), progress);
+  BoundedBiharmonicOptions common = bounded_options(solved, conditions, options);
+  if (options.solver == Solver::dual) {
+    BoundedBiharmonicDualOptions method;
+    method.dual = dual_options(options);
+    method.start = std::move(common.start);
+    method.locked = std::move(common.locked);
+    method.paint = std::move(common.paint);
+    BoundedBiharmonicDualResult result =
+        bounded_biharmonic_dual(problem_on(solved), method, progress);
+    return {.nodal = std::move(result.W),
+            .raw = {},
+            .stats = result.stats,
+            .derivative = 2,
+            .history = steps(result.history)};
+  }
+  BoundedBiharmonicResult result;
+  if (options.solver == Solver::active_set) {
+    BoundedBiharmonicActiveSetOptions method;
+    method.active_set.relative_gap = common.tolerance;
+    method.active_set.max_iterations = common.max_iterations;
+    method.active_set.time_limit_s = options.time_limit_s;
+    method.start = std::move(common.start);
+    method.locked = std::move(common.locked);
+    method.paint = std::move(common.paint);
+    result = bounded_biharmonic_active_set(problem_on(solved), method, progress);
+  } else {
+    result = bounded_biharmonic(problem_on(solved), common, progress);
+  }
   return {.nodal = std::move(result.W), .raw = {}, .stats = result.stats, .derivative = 2};
+}
+
+MethodSolution solve_decoupled(const SolvedDomain& solved, const Conditions& conditions,
+                               const BindOptions& options, const Progress& progress) {
+  BoundedBiharmonicOptions common = bounded_options(solved, conditions, options);
+  DecoupledBiharmonicOptions method;
+  method.solver = options.solver == Solver::dual         ? DecoupledSolver::dual
+                  : options.solver == Solver::active_set ? DecoupledSolver::active_set
+                                                         : DecoupledSolver::primal;
+  method.tolerance = common.tolerance;
+  method.max_iterations = common.max_iterations;
+  method.active_iterations = common.max_iterations;
+  method.time_limit_s = options.time_limit_s;
+  method.dual = dual_options(options);
+  method.start = std::move(common.start);
+  method.locked = std::move(common.locked);
+  method.paint = std::move(common.paint);
+  method.penalties_from_stiffness = common.penalties_from_stiffness;
+  DecoupledBiharmonicResult result = decoupled_biharmonic(problem_on(solved), method, progress);
+  return {.nodal = std::move(result.W),
+          .raw = {},
+          .stats = result.stats,
+          .derivative = 2,
+          .history = steps(result.history)};
+}
+
+MethodSolution solve_monotonic(const SolvedDomain& solved, const Conditions& conditions,
+                               const BindOptions& options, const Progress& progress) {
+  const Stop stop = stop_of(options);
+  MonotonicOptions method;
+  method.coupled = options.solver != Solver::decoupled;
+  method.tolerance = stop.tolerance;
+  method.max_iterations = stop.iterations;
+  method.time_limit_s = options.time_limit_s;
+  method.paint = paint_for(solved, conditions);
+  MonotonicResult result =
+      monotonic({solved.domain->stiffness(), solved.domain->mass(), solved.domain->fixed()}, method,
+                progress);
+  return {.nodal = std::move(result.W), .raw = {}, .stats = result.stats, .derivative = 2};
+}
+
+MethodSolution solve_quasi_harmonic(const SolvedDomain& solved, const Conditions& conditions,
+                                    const BindOptions& options, const Progress& progress) {
+  const Stop stop = stop_of(options);
+  if (!solved.tets && !solved.tris)
+    throw SolveError("there are no elements for the metric", "quasi-harmonic weights",
+                     "use --method bbw");
+  QuasiHarmonicOptions method;
+  method.tolerance = stop.tolerance;
+  method.max_iterations = stop.iterations;
+  method.time_limit_s = options.time_limit_s;
+  method.paint = paint_for(solved, conditions);
+  if (!conditions.locked.empty()) method.start = start_on_nodes(conditions, solved);
+  if (method.start.rows() > 0) method.locked = conditions.locked;
+  const Tetrahedra no_tets;
+  const Triangles no_triangles;
+  QuasiHarmonicResult result =
+      quasi_harmonic({.V = solved.domain->nodes(),
+                      .T = solved.tets ? solved.tets->elements() : no_tets,
+                      .F = solved.tris ? solved.tris->triangles() : no_triangles,
+                      .M = solved.domain->mass(),
+                      .fixed = solved.domain->fixed()},
+                     method, progress);
+  std::vector<BindReport::Step> history;
+  for (std::size_t k = 0; options.keep_history && k < result.history.size(); ++k)
+    history.push_back({static_cast<int>(k), result.history[k], 0, 0});
+  return {.nodal = std::move(result.W),
+          .raw = {},
+          .stats = result.stats,
+          .derivative = 2,
+          .history = std::move(history)};
 }
 
 MethodSolution solve_polyharmonic(int order, const SolvedDomain& solved,
@@ -92,13 +226,19 @@ void check_method(const BindOptions& options, const Character& character) {
   const std::string& where = character.name;
   const MethodFacts& facts = facts_of(options.method);
   const std::string name(facts.name);
-  if (options.solver != Solver::automatic &&
-      std::find(facts.solvers.begin(), facts.solvers.end(), options.solver) == facts.solvers.end())
+  if (options.solver != Solver::automatic && !facts_of(options.method, options.solver))
     throw OptionError("method " + name + " has no solver " + std::string(name_of(options.solver)),
                       where, "leave the choice out");
-  if (options.start && options.locked_columns.empty() && !facts.iterates)
-    throw OptionError("method " + name + " is solved directly and cannot start from weights", where,
-                      "lock some of their columns, or leave them out");
+  if (!facts.locks && !options.locked_columns.empty())
+    throw OptionError("method " + name + " cannot keep columns of given weights", where,
+                      "use --method bbw");
+  if (options.start && options.locked_columns.empty() && !facts.starts)
+    throw OptionError(
+        "method " + name + " cannot start from weights", where,
+        facts.locks ? "lock some of their columns, or leave them out" : "leave them out");
+  if (facts.needs_elements && options.domain == BindOptions::DomainKind::points)
+    throw OptionError("method " + name + " needs tetrahedra or triangles", where,
+                      "use --domain tets or leave the domain out");
   if (!facts.on_domain && character.mesh.F.rows() == 0)
     throw OptionError("method " + name + " needs a surface, and this is a point cloud", where,
                       "use --method bbw");
@@ -134,6 +274,12 @@ MethodSolution solve_method(const SolvedDomain& solved, const Conditions& condit
   switch (options.method) {
     case Method::bounded_biharmonic:
       break;
+    case Method::decoupled_biharmonic:
+      return solve_decoupled(solved, conditions, options, progress);
+    case Method::monotonic:
+      return solve_monotonic(solved, conditions, options, progress);
+    case Method::quasi_harmonic:
+      return solve_quasi_harmonic(solved, conditions, options, progress);
     case Method::harmonic:
       return solve_polyharmonic(1, solved, conditions, progress);
     case Method::biharmonic:

@@ -14,6 +14,7 @@ struct MethodSolution {
   /// The energy integrates squares of derivatives of this order: it scales with the unit of length
   /// to the power of dimension - 2 order.
   int derivative = 2;
+  std::vector<BindReport::Step> history = {};  ///< energies in the unit box
 };
 
 /// @throws OptionError if the method cannot do what the options ask for, or not for this character;

@@ -69,13 +69,68 @@ TEST(Methods, EachGivesValidWeightsOfItsOwn) {
   EXPECT_LT(tv(biharmonic, bbw), tv(triharmonic, bbw)) << "the more it oscillates";
 }
 
+TEST(Methods, SolversAgreeAndTheOthersHaveMoreEnergy) {
+  const BoxFolder folder;
+  expect_runs(folder, {"tetrahedralise", "box.obj", "--skeleton", "box.tgf", "--nodes", "600", "-o",
+                       "box.mesh"});
+  const auto bound = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all{"bind", "box.mesh", "--skeleton", "box.tgf",
+                                 "-o",   "w.npz",    "--json",     "--quiet"};
+    all.insert(all.end(), more.begin(), more.end());
+    const Json report = Json::parse(expect_runs(folder, all).out);
+    EXPECT_EQ(report["domain"]["kind"], "tets");
+    const RowMatrix W(read_weights(folder / "w.npz").W);
+    EXPECT_GE(W.minCoeff(), 0);
+    EXPECT_LT((W.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-9);
+    return std::pair(W, report["solve"]["biharmonic_energy"].get<double>());
+  };
+  const auto [W, energy] = bound({"--tolerance", "1e-6"});
+  for (const std::string solver : {"dual", "active-set"}) {
+    const auto [other, its_energy] = bound({"--solver", solver, "--tolerance", "1e-8"});
+    EXPECT_NEAR(its_energy, energy, 1e-6 * energy) << solver;
+    EXPECT_LT((W - other).cwiseAbs().maxCoeff(), 1e-2) << solver;
+  }
+  for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
+           {"--method", "bbw-decoupled"},
+           {"--method", "bbw-decoupled", "--solver", "dual"},
+           {"--method", "bbw-decoupled", "--solver", "active-set"},
+           {"--method", "monotonic"},
+           {"--method", "monotonic", "--solver", "decoupled"},
+           {"--method", "quasi-harmonic"}})
+    EXPECT_GE(bound(more).second, energy * (1 - 1e-6)) << more.back();
+}
+
+TEST(Methods, HistoryOfTheDualIsInTheReport) {
+  const BoxFolder folder;
+  expect_runs(folder, {"bind", "box.obj", "--skeleton", "box.tgf", "--nodes", "300", "--solver",
+                       "dual", "-o", "w.npz", "--report", "r.json", "--quiet"});
+  const Json report = Json::parse(read_file(folder / "r.json"));
+  const Json& history = report["solve"]["history"];
+  ASSERT_EQ(history["columns"].size(), 4U);
+  ASSERT_GT(history["rows"].size(), 2U);
+  const double energy = report["solve"]["energy"];
+  for (const Json& row : history["rows"])
+    EXPECT_LE(row[2].get<double>(), energy * (1 + 1e-9)) << "weak duality";
+}
+
+TEST(Methods, QuasiHarmonicMakesItsOwnElements) {
+  const BoxFolder folder;
+  const Json report = Json::parse(
+      expect_runs(folder, {"bind", "box.obj", "--skeleton", "box.tgf", "--nodes", "600", "--method",
+                           "quasi-harmonic", "-o", "w.npz", "--json", "--quiet"})
+          .out);
+  EXPECT_EQ(report["domain"]["kind"], "tets");
+  EXPECT_TRUE(report["solve"]["kkt_residual"].is_null()) << "not measured";
+}
+
 TEST(Methods, PaintAndLocksHoldInEach) {
   const BoxFolder folder;
   write_file(folder / "paint.csv", "0,0,1\n19,0.25,0.75\n");
   std::string given = "one,two\n";
   for (int v = 0; v < 20; ++v) given += v < 8 ? "0.7,0.3\n" : "0.2,0.8\n";
   write_file(folder / "given.csv", given);
-  for (const std::string method : {"bbw", "harmonic", "biharmonic", "triharmonic", "bone-heat"}) {
+  for (const std::string method : {"bbw", "bbw-decoupled", "quasi-harmonic", "harmonic",
+                                   "biharmonic", "triharmonic", "bone-heat"}) {
     SCOPED_TRACE(method);
     std::vector<std::string> base{"bind",     "box.obj", "--skeleton", "box.tgf",
                                   "--method", method,    "-o",         "w.npz"};
@@ -113,6 +168,9 @@ TEST(Methods, OptionsWithoutUseAreRefused) {
     all.insert(all.end(), more.begin(), more.end());
     expect_refused(folder, all, 2, words);
   };
+  refused("monotonic", {"--weights-in", "given.csv", "--lock", "*"}, {"monotonic", "keep columns"});
+  refused("quasi-harmonic", {"--domain", "points"}, {"quasi-harmonic", "tetrahedra"});
+  refused("monotonic", {"--solver", "dual"}, {"dual", "monotonic", "coupled"});
   refused("harmonic", {"--tolerance", "1e-3"}, {"--tolerance", "harmonic", "directly"});
   refused("biharmonic", {"--iterations", "10"}, {"--iterations", "biharmonic"});
   refused("triharmonic", {"--time-limit", "1"}, {"--time-limit"});
@@ -122,7 +180,7 @@ TEST(Methods, OptionsWithoutUseAreRefused) {
   refused("bone-heat", {"--nodes", "100"}, {"--nodes", "bone-heat", "vertices"});
   refused("bone-heat", {"--domain", "points"}, {"box.obj", "surface", "leave the domain out"});
   refused("bone-heat", {"--weights-in", "given.csv"}, {"cannot start from weights"});
-  refused("bbw", {"--mass", "voronoi"}, {"box.obj", "masses of their own", "--domain tris"});
+  refused("bbw", {"--mass", "voronoi"}, {"box.obj", "masses of their own", "--domain tets"});
   refused("nonsense", {}, {"--method"});
   refused("bbw", {"--solver", "nonsense"}, {"--solver"});
 }
@@ -192,7 +250,7 @@ TEST(Methods, MassesByNameAndFromAFile) {
   refused("short.dmat", 3, {"3 masses for 20 vertices"}, heat);
   refused("zero.dmat", 3, {"mass of vertex 0", "not positive"}, heat);
   refused("nonsense", 3, {"nonsense"}, heat);
-  refused("m.dmat", 2, {"more than the vertices"}, {"--domain", "tris"});
+  refused("m.dmat", 3, {"must be split", "no vertex"}, {"--domain", "tris"});
 }
 
 }  // namespace

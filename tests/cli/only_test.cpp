@@ -44,9 +44,10 @@ TEST(Only, LeavesOtherMeshesOfAGltfAsTheyAre) {
 TEST(Only, NeedsWeightsOnTheOtherMeshes) {
   const BoxFolder folder;
   write_file(folder / "two.glb", two_squares());
+  write_file(folder / "hat.tgf", "1 0.2 1.5 0\n2 0.8 1.5 0\n#\n1 2\n#\n");
   // Under another skeleton the first square would have none.
   expect_refused(folder,
-                 {"bind", "two.glb", "--only", "hat", "--skeleton", "box.tgf", "--quiet",
+                 {"bind", "two.glb", "--only", "hat", "--skeleton", "hat.tgf", "--quiet",
                   "--domain", "tris", "-o", "out.glb"},
                  3, {"two.glb", "other meshes have no weights"});
 }

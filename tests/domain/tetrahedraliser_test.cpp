@@ -105,7 +105,7 @@ TEST(Tetrahedraliser, WrapsOpenSoupedAndIntersectingSurfaces) {
   };
   for (const Case& c : {Case{"open", open, 0.09}, Case{"soup", soup_of(bar, 0.2, 0.003, 1), 0.09},
                         Case{"crossing", crossing, 0.09 + 0.3 * 0.3 * 0.3 - 0.3 * 0.2 * 0.13},
-                        Case{"cloud", {bar.V, {}, {}, {}}, 0.09}}) {
+                        Case{"cloud", {bar.V, {}, {}, {}, {}}, 0.09}}) {
     const Tetrahedralisation tets = tetrahedralise(c.mesh, handles, small(1000));
     EXPECT_EQ(tets.route, TetRoute::wrap) << c.name;
     EXPECT_FALSE(tets.why_not_direct.empty()) << c.name;
@@ -136,7 +136,7 @@ TEST(Tetrahedraliser, KeepsGapsThatAreWiderThanTheWrapCloses) {
 }
 
 TEST(Tetrahedraliser, SaysWhyNothingWorks) {
-  const Mesh none{Points::Zero(3, 3), Triangles(0, 3), {}, {}};
+  const Mesh none{Points::Zero(3, 3), Triangles(0, 3), {}, {}, {}};
   try {
     tetrahedralise(none, {point_handle({0, 0, 0})}, small());
     FAIL() << "tetrahedra of nothing";

@@ -10,6 +10,7 @@
 #include "skinfield/weights/skin_weights.h"
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -39,9 +40,10 @@ struct BindOptions {
   /// Instead of `mass`: over input vertices, > 0, in file units. For methods and domains whose
   /// nodes are the mesh's vertices.
   std::optional<Vector> masses;
-  double tolerance = 1e-3;  ///< largest change of a weight at which the solve stops
-  int iterations = 500;
-  double time_limit_s = 0;  ///< of the solve; 0 = none
+  double tolerance = 0;       ///< when the solve stops: see SolverFacts; 0: the solver's own
+  int iterations = 0;         ///< at most; 0: the solver's own
+  bool keep_history = false;  ///< of solvers that tell (dual, quasi-harmonic), into the report
+  double time_limit_s = 0;    ///< of the solve; 0 = none
   std::uint64_t seed = 0;
   int max_influences = 0;  ///< 0 = all
   double prune = 0;        ///< weights below this share of their row go
@@ -76,6 +78,14 @@ struct BindReport {
   int split_nodes = 0;        ///< made in a given tet mesh for handles without a vertex
   int clean_parts = 0, dirty_parts = 0, passenger_parts = 0, flipped_faces = 0;
   SolveStats solve;  ///< the energy is the method's own, before anything is clamped
+  /// 1/2 tr(W' K M^-1 K W) of the nodal weights as given out: the same measure for every method, in
+  /// file units; not a number where no domain carries them.
+  double biharmonic_energy = std::numeric_limits<double>::quiet_NaN();
+  struct Step {
+    int iteration = 0;
+    double energy = 0, lower_bound = 0, constraint_violation = 0;
+  };
+  std::vector<Step> history;  ///< if BindOptions::keep_history
   std::int64_t rows = 0, negative = 0, non_finite = 0;
   double row_sum_error = 0;
   std::vector<std::int64_t> influences;  ///< histogram: rows with k influences

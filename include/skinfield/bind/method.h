@@ -7,24 +7,49 @@
 
 namespace skinfield {
 
-enum class Method { bounded_biharmonic, harmonic, biharmonic, triharmonic, bone_heat };
+enum class Method {
+  bounded_biharmonic,
+  decoupled_biharmonic,
+  monotonic,
+  quasi_harmonic,
+  harmonic,
+  biharmonic,
+  triharmonic,
+  bone_heat
+};
 
-/// A method's own choice of how it is solved; automatic is its first.
-enum class Solver { automatic, primal };
+/// A method's own choices of how it is solved; automatic is its first. coupled and decoupled are
+/// those of monotonic weights: partition of unity inside the problem, or columns one by one.
+enum class Solver { automatic, primal, dual, active_set, coupled, decoupled };
 std::string_view name_of(Solver solver);
+
+struct SolverFacts {
+  Solver solver = Solver::automatic;
+  /// What BindOptions::tolerance means for it, and the value that 0 stands for.
+  std::string_view tolerance_is;
+  double tolerance = 0;
+  int iterations = 0;  ///< what 0 stands for
+};
 
 struct MethodFacts {
   Method method = Method::bounded_biharmonic;
   std::string_view name;         ///< on the command line and in the report
   std::string_view description;  ///< a few words
-  bool iterates = false;   ///< tolerance, iterations, time limit and a warm start mean something
   bool on_domain = false;  ///< solved on the nodes of a domain; else on the mesh's own vertices
+  bool needs_elements = false;  ///< of the domain: tetrahedra or triangles
   bool uses_mass = false;
-  std::vector<Solver> solvers = {};  ///< its choices, the default first; empty: there is none
+  bool starts = false;  ///< a warm start from given weights means something
+  bool locks = true;    ///< can keep given columns
+  /// Its choices, the default first; empty: solved directly, without tolerance or iterations.
+  std::vector<SolverFacts> solvers = {};
+
+  bool iterates() const { return !solvers.empty(); }
 };
 
 /// All methods, in the order in which they are listed.
 std::span<const MethodFacts> methods();
 const MethodFacts& facts_of(Method method);
+/// The facts of a solver (automatic: the first), or null if the method has no such solver.
+const SolverFacts* facts_of(Method method, Solver solver);
 
 }  // namespace skinfield
