@@ -99,12 +99,18 @@ void multiply_rows(const Front& front, int i, int count, int K, const double* pa
   }
 }
 
+/// |L_ij| <= sqrt(A_ii), and no pivot is below kLeastPivot of its entry: far from float's ends.
+bool fits_single(const SparseRows& A) {
+  const Vector diagonal = A.diagonal();
+  return diagonal.size() == 0 || (diagonal.maxCoeff() < 1e70 && diagonal.minCoeff() > 1e-50);
+}
+
 class SupernodalFactor : public SparseFactor::Backend {
  public:
   void analyse(const SparseRows& A) override { structure_ = analyse_supernodes(A); }
 
   void factor(const SparseRows& A, PanelStorage storage) override {
-    storage_ = storage;
+    storage_ = fits_single(A) ? storage : PanelStorage::full;
     // Kernels read past the last row.
     const std::size_t size = structure_.values + kKernelRows;
     if (single()) {

@@ -119,6 +119,21 @@ INSTANTIATE_TEST_SUITE_P(Backends, EveryBackend,
                          ::testing::Values(FactorBackend::supernodal, FactorBackend::cholmod,
                                            FactorBackend::eigen));
 
+TEST(SparseFactor, SinglePanelsAreRefusedWhereFloatsEnd) {
+  for (const double scale : {1e-60, 1e80}) {
+    const SparseRows K = grid_laplacian(5) * scale;
+    const Vector shift = Vector::Constant(K.rows(), 0.1 * scale);
+    const RowMatrix B = random_matrix(K.rows(), 3);
+    RowMatrix X = B;
+    SparseFactor factor(FactorBackend::supernodal);
+    factor.analyse(K);
+    factor.factor(K, shift, PanelStorage::single);
+    factor.solve(X);
+    const RowMatrix R = K * X + shift.asDiagonal() * X - B;
+    EXPECT_LT(R.cwiseAbs().maxCoeff(), 1e-12) << scale;
+  }
+}
+
 TEST(SparseFactor, SinglePanelsCostDigitsOfTheSolutionOnly) {
   const SparseRows K = grid_laplacian(9);
   const Vector shift = Vector::Constant(K.rows(), 0.1);

@@ -21,7 +21,8 @@ enum class FactorBackend {
 /// know only doubles.
 enum class PanelStorage {
   full,    ///< residuals of solves near 1e-15 of |A| |X|
-  single,  ///< half the memory and traffic; residuals near 1e-7: for iterations that correct them
+  single,  ///< half the memory and traffic; residuals near 1e-7: for iterations that correct them.
+           ///< Full all the same where diagonal entries leave 1e-50 .. 1e70.
 };
 
 bool has_cholmod();
