@@ -24,7 +24,7 @@ struct Options {
   std::string input, output, method = "auto", solver = "auto", domain = "auto";
   std::string mass = "barycentric";
   std::string quality = "normal", symmetry = "off";
-  std::string paint, weights_in, lock, report, weights_out;
+  std::string paint, weights_in, lock, report, weights_out, boundary, save_field, resume;
   SkeletonOptions skeleton;
   int nodes = 0, iterations = 0, max_influences = -1;
   double tolerance = 0, time_limit = 0, prune = -1;
@@ -97,7 +97,12 @@ void check_method_options(const Options& o) {
         throw UsageError(fmt::format("{}: --method {} {} (leave it out)", name, facts.name, why));
   };
   refuse(facts.iterates(), {"--tolerance", "--iterations", "--time-limit"}, "is solved directly");
-  refuse(facts.on_domain, {"--nodes", "--quality", "--seed"}, "has no nodes but the vertices");
+  refuse(facts.on_field, {"--boundary"},
+         facts.on_domain ? "has zero Neumann boundaries built in" : "knows no boundary conditions");
+  refuse(facts.on_field, {"--save-field", "--resume"}, "is no field that could be saved");
+  refuse(o.resume.empty(), {"--nodes", "--quality", "--seed"}, "takes them from --resume");
+  refuse(facts.on_domain || facts.on_field, {"--nodes", "--quality", "--seed"},
+         "has no nodes but the vertices");
   refuse(facts.uses_mass, {"--mass"}, "has no masses in it");
   refuse(facts.solvers.size() > 1, {"--solver"}, "has only one solver");
   if (o.solver == "auto") return;
@@ -123,6 +128,14 @@ BindOptions bind_options(const Options& o) {
                   : o.quality == "draft" ? 2000
                   : o.quality == "high"  ? 64000
                                          : 16000;
+  // Kernel points; each optimiser has its own normal number.
+  options.field_points = o.nodes > 0            ? o.nodes
+                         : o.quality == "draft" ? 1 << 12
+                         : o.quality == "high"  ? 1 << 16
+                                                : 0;
+  if (!o.boundary.empty())
+    options.boundary = o.boundary == "neumann" ? Boundary::neumann : Boundary::natural;
+  options.keep_field = !o.save_field.empty();
   options.tolerance = o.tolerance;
   options.iterations = o.iterations;
   options.time_limit_s = o.time_limit;
@@ -154,6 +167,11 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
                                          {"weights_in", o.weights_in},
                                          {"lock", o.lock}};
   const MethodFacts& facts = facts_of(b.method);
+  if (facts.on_field) {
+    all["boundary"] = !o.boundary.empty() ? o.boundary : o.resume.empty() ? "natural" : "as saved";
+    all["resume"] = o.resume;
+    all["points"] = std::to_string(b.field_points);
+  }
   if (facts.on_domain) {
     all["quality"] = o.quality;
     all["nodes"] = std::to_string(b.nodes);
@@ -164,7 +182,9 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
     all["tolerance_is"] = solver->tolerance_is;
     all["iterations"] = std::to_string(b.iterations > 0 ? b.iterations : solver->iterations);
     all["time_limit_s"] = fmt::format("{:g}", b.time_limit_s);
-    if (facts.solvers.size() > 1) all["solver"] = name_of(solver->solver);
+    if (facts.solvers.size() > 1)
+      all["solver"] =
+          b.solver == Solver::automatic && !o.resume.empty() ? "as saved" : name_of(solver->solver);
   }
   if (facts.uses_mass) all["mass"] = o.mass;
   return all;
@@ -174,7 +194,8 @@ bool is_mass_file(const Options& o) { return o.mass != "barycentric" && o.mass !
 
 /// Do any of the files given hold rows of one character's vertices?
 bool for_one_character(const Options& o) {
-  return !o.paint.empty() || !o.weights_in.empty() || is_mass_file(o);
+  return !o.paint.empty() || !o.weights_in.empty() || is_mass_file(o) || !o.resume.empty() ||
+         !o.save_field.empty();
 }
 
 /// Weights, paint, masses and locks given as files; they are for a single character.
@@ -224,7 +245,8 @@ BindResult bind_naming_file(const std::string& path, const Character& character,
 std::string summary(const std::string& name, const BindReport& r, const BindOptions& options) {
   const MethodFacts& facts = facts_of(options.method);
   std::string quality = std::string(facts.name);
-  if (std::isfinite(r.solve.kkt_residual) && facts.iterates())
+  // Where nothing is certified the gap is all of the energy.
+  if (facts.iterates() && std::isfinite(r.solve.kkt_residual) && r.solve.relative_gap < 1)
     quality = fmt::format("largest change {:.1e}, certified gap {:.1e}", r.solve.largest_change,
                           r.solve.relative_gap);
   else if (!facts.iterates())
@@ -269,23 +291,29 @@ void run(const Options& o, const Common& common) {
   }
   if (!o.lock.empty() && o.weights_in.empty())
     throw UsageError("--lock needs --weights-in FILE, whose columns it keeps");
-  check_outputs({o.output, o.weights_out, o.report});
+  if (!o.save_field.empty() && lower_extension(o.save_field) != ".sfield")
+    throw UsageError(o.save_field + ": --save-field writes .sfield");
+  check_outputs({o.output, o.weights_out, o.report, o.save_field});
   const Progress progress = make_progress(common);
   Asset asset = read_characters(o.input, o.skeleton, o.paint.empty());
   for (const std::string& w : asset.warnings) warn(w);
   const bool matrix = !is_gltf(o.output) || !o.weights_out.empty();
   if (asset.characters.size() > 1 && (matrix || for_one_character(o)))
-    throw UsageError(o.input + ": the file holds " + std::to_string(asset.characters.size()) +
-                     " characters, a matrix, paint, masses or given weights only one (use --only "
-                     "MESH)");
+    throw UsageError(
+        o.input + ": the file holds " + std::to_string(asset.characters.size()) +
+        " characters, a matrix, paint, masses, fields or given weights only one (use --only "
+        "MESH)");
 
   std::vector<SkinWeights> weights, gltf_weights;
   std::vector<BindReport> reports;
   std::vector<std::string> notes;
+  std::string field_file;
   for (Character& character : asset.characters) {
     BindOptions options = bind_options(o);
     triangulate_outline(character, options.nodes, progress);
     read_conditions(o, character, options);
+    if (!o.resume.empty())
+      options.resume = std::make_shared<const FieldFile>(read_sfield(o.resume));
     BindResult result = bind_naming_file(o.input, character, options, progress);
     for (const std::string& w : result.report.warnings) warn(w);
     const BindReport& r = result.report;
@@ -294,6 +322,7 @@ void run(const Options& o, const Common& common) {
       for (const auto& [stage, seconds] : r.seconds)
         notes.push_back(fmt::format("  {:24} {:.3f} s", stage, seconds));
     gltf_weights.push_back(is_gltf(o.output) ? gltf_rows(character, result) : SkinWeights{});
+    if (result.field) field_file = format_sfield(*result.field);
     weights.push_back(std::move(result.weights));
     reports.push_back(std::move(result.report));
   }
@@ -301,6 +330,7 @@ void run(const Options& o, const Common& common) {
       {o.output, format_output(asset, is_gltf(o.output) ? gltf_weights : weights, o, o.output)}};
   if (!o.weights_out.empty())
     files.push_back({o.weights_out, format_output(asset, weights, o, o.weights_out)});
+  if (!o.save_field.empty()) files.push_back({o.save_field, field_file});
   ReportContext context;
   context.input_path = o.input;
   context.output_path = o.output;
@@ -362,6 +392,10 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--paint", o->paint, "Prescribed rows: NPZ (index, weights) or CSV");
   verb->add_option("--weights-in", o->weights_in, "Start from these weights");
   verb->add_option("--lock", o->lock, "Keep these handles' weights from --weights-in: GLOB");
+  verb->add_option("--boundary", o->boundary, "Of geometric-fields [natural]")
+      ->check(CLI::IsMember({"natural", "neumann"}));
+  verb->add_option("--save-field", o->save_field, "Save a geometric field: FILE.sfield");
+  verb->add_option("--resume", o->resume, "Go on from a saved field; --paint may change");
   verb->add_option("--max-influences", o->max_influences,
                    "Influences a vertex (0: all) [4 for glTF, 0 for matrices]")
       ->check(number(0, 100000));

@@ -2,6 +2,7 @@
 
 #include "bind/build_domain.h"
 #include "bind/conditions.h"
+#include "bind/field_stage.h"
 #include "bind/solve_method.h"
 #include "bind/solved_domain.h"
 #include "skinfield/bind/report.h"
@@ -162,19 +163,27 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
   find_symmetry(options, *solved, report);
 
   progress("domain", 0);
-  if (facts_of(options.method).on_domain) {
-    build_domain(options, character, conditions, *solved, report, progress);
+  const MethodFacts& method = facts_of(options.method);
+  if (method.on_field) {
+    if (options.keep_field) result.field.emplace();
+    solve_field(options, conditions, *solved, report, result.field ? &*result.field : nullptr,
+                progress);
+    watch.lap("solve");
   } else {
-    use_own_vertices(conditions, *solved);
+    if (method.on_domain)
+      build_domain(options, character, conditions, *solved, report, progress);
+    else
+      use_own_vertices(conditions, *solved);
+    watch.lap("domain");
+    describe_domain(*solved, report);
   }
-  watch.lap("domain");
-  describe_domain(*solved, report);
   describe_handles(solved->scaled, inside_test(*solved), report);
   for (const std::string& name : report.handles_outside)
     if (solved->points || solved->tets || (solved->tris && solved->tris->facts().planar))
       report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
 
   const Points normals = solved->points      ? solved->points->solid().normals()
+                         : solved->field     ? solved->field->solid().normals()
                          : mesh.F.rows() > 0 ? vertex_normals(mesh.V, mesh.F)
                                              : mesh.N;
   Interpolation own;
@@ -213,7 +222,8 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
 
   progress("evaluate", 0);
   std::vector<Fill> fill;
-  RowMatrix rows = solved->at(mesh.V, normals, solved->has_nodes() ? &own : nullptr, fill);
+  RowMatrix rows =
+      solved->at(mesh.V, normals, solved->has_nodes() || solved->field ? &own : nullptr, fill);
   apply_exact_conditions(conditions, rows);
   count_fills(fill, report.vertices_filled);
   SkinWeights weights = solved->to_columns(rows, character.vertex_of_input);

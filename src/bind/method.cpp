@@ -18,6 +18,12 @@ std::string_view name_of(Solver solver) {
       return "coupled";
     case Solver::decoupled:
       return "decoupled";
+    case Solver::convex:
+      return "convex";
+    case Solver::adam:
+      return "adam";
+    case Solver::adam_pool:
+      return "adam-pool";
   }
   return "";
 }
@@ -58,6 +64,15 @@ std::span<const MethodFacts> methods() {
        .needs_elements = true,
        .uses_mass = true,
        .solvers = {{Solver::primal, "share of the energy that a round must save", 1e-4, 24}}},
+      {.method = Method::geometric_fields,
+       .name = "geometric-fields",
+       .description = "kernel fields inside the shape, conditions hard, boundaries by choice",
+       .on_field = true,
+       .locks = false,
+       .solvers = {{Solver::convex, "half the share of held-out energy that passes must save", 1e-3,
+                    0},
+                   {Solver::adam, "", 0, 6000},
+                   {Solver::adam_pool, "", 0, 2400}}},
       {.method = Method::harmonic,
        .name = "harmonic",
        .description = "valid, but with a kink at every bone",

@@ -239,10 +239,12 @@ void check_method(const BindOptions& options, const Character& character) {
   if (facts.needs_elements && options.domain == BindOptions::DomainKind::points)
     throw OptionError("method " + name + " needs tetrahedra or triangles", where,
                       "use --domain tets or leave the domain out");
-  if (!facts.on_domain && character.mesh.F.rows() == 0)
+  if (facts.on_field && options.domain != BindOptions::DomainKind::automatic)
+    throw OptionError("method " + name + " has a domain of its own", where, "leave the domain out");
+  if (!facts.on_domain && !facts.on_field && character.mesh.F.rows() == 0)
     throw OptionError("method " + name + " needs a surface, and this is a point cloud", where,
                       "use --method bbw");
-  if (!facts.on_domain && options.domain == BindOptions::DomainKind::points)
+  if (!facts.on_domain && !facts.on_field && options.domain == BindOptions::DomainKind::points)
     throw OptionError("method " + name + " lives on the surface, not on points inside", where,
                       "leave the domain out");
   if (!options.masses) return;
@@ -280,6 +282,8 @@ MethodSolution solve_method(const SolvedDomain& solved, const Conditions& condit
       return solve_monotonic(solved, conditions, options, progress);
     case Method::quasi_harmonic:
       return solve_quasi_harmonic(solved, conditions, options, progress);
+    case Method::geometric_fields:  // has no nodes: see field_stage.h
+      break;
     case Method::harmonic:
       return solve_polyharmonic(1, solved, conditions, progress);
     case Method::biharmonic:

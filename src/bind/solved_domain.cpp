@@ -73,7 +73,14 @@ Interpolation SolvedDomain::at_mesh(const Points& normals) const {
 RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, const Interpolation* known,
                                 std::vector<Fill>& fill) const {
   RowMatrix W = RowMatrix::Zero(X.rows(), static_cast<Eigen::Index>(scaled.handles.size()));
-  if (has_nodes()) {
+  if (field) {
+    if (known) {
+      W = field_rows;
+      fill = field_fill;
+    } else {
+      W = field->at(X, normals, fill);
+    }
+  } else if (has_nodes()) {
     const Interpolation asked = known ? Interpolation{} : interpolation(X, normals);
     const Interpolation& interpolation = known ? *known : asked;
     W = interpolation.P * nodal;

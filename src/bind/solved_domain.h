@@ -6,6 +6,7 @@
 #include "skinfield/domain/tet_domain.h"
 #include "skinfield/domain/tri_domain.h"
 #include "skinfield/geometry/closest_point.h"
+#include "skinfield/methods/geometric_fields.h"
 
 #include <memory>
 
@@ -20,6 +21,10 @@ struct SolvedDomain {
   const TriDomain* tris = nullptr;      ///< likewise
   /// Instead of a domain: the nodes are the mesh's own vertices, and this finds triangles.
   std::unique_ptr<ClosestPointQuery> own_triangles;
+  /// Or instead of nodes: a geometric field, with its rows at the mesh's own vertices.
+  std::shared_ptr<const GeometricField> field;
+  RowMatrix field_rows;
+  std::vector<Fill> field_fill;
   RowMatrix nodal;          ///< (N, handles)
   std::vector<int> column;  ///< of each handle
   int columns = 0;

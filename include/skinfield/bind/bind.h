@@ -6,6 +6,7 @@
 #include "skinfield/domain/domain.h"
 #include "skinfield/geometry/diagnosis.h"
 #include "skinfield/io/asset.h"
+#include "skinfield/io/sfield.h"
 #include "skinfield/operators/mass.h"
 #include "skinfield/weights/skin_weights.h"
 
@@ -29,6 +30,9 @@ struct Paint {
   RowMatrix weights;        ///< (k, columns), rows on the simplex
 };
 
+/// What geometric fields assume at the surface: nothing, or a vanishing normal derivative.
+enum class Boundary { natural, neumann };
+
 struct BindOptions {
   Method method = Method::bounded_biharmonic;
   Solver solver = Solver::automatic;
@@ -50,6 +54,10 @@ struct BindOptions {
   bool resolve = true;     ///< solve again on the kept support when influences are cut
   enum class Symmetry { off, x, automatic };
   Symmetry symmetry = Symmetry::off;
+  int field_points = 0;              ///< of geometric fields, at the finest level; 0: their own
+  std::optional<Boundary> boundary;  ///< of geometric fields [natural, or as resumed]
+  std::shared_ptr<const FieldFile> resume;  ///< a saved geometric field to go on from
+  bool keep_field = false;                  ///< give the field's state back, to be saved
   std::optional<Paint> paint;
   std::optional<SkinWeights> start;  ///< over input vertices, all columns
   std::vector<int> locked_columns;   ///< kept from `start`
@@ -94,6 +102,7 @@ struct BindReport {
   double clamped_mass_mean = 0, clamped_mass_max = 0;
   std::vector<std::string> handles_without_vertices;
   std::map<std::string, std::int64_t> vertices_filled;  ///< by cause
+  std::map<std::string, std::int64_t> field_vertices;   ///< of geometric fields, by evaluation
   std::int64_t extrema = 0;
   std::map<std::string, double> seconds, cpu_seconds;
   std::vector<std::string> warnings;
@@ -102,6 +111,7 @@ struct BindReport {
 struct BindResult {
   SkinWeights weights;  ///< (input vertices, columns)
   BindReport report;
+  std::optional<FieldFile> field;              ///< if BindOptions::keep_field
   std::shared_ptr<const SolvedDomain> solved;  ///< for transfer to other meshes
 };
 

@@ -12,6 +12,7 @@ enum class Method {
   decoupled_biharmonic,
   monotonic,
   quasi_harmonic,
+  geometric_fields,
   harmonic,
   biharmonic,
   triharmonic,
@@ -19,8 +20,19 @@ enum class Method {
 };
 
 /// A method's own choices of how it is solved; automatic is its first. coupled and decoupled are
-/// those of monotonic weights: partition of unity inside the problem, or columns one by one.
-enum class Solver { automatic, primal, dual, active_set, coupled, decoupled };
+/// those of monotonic weights: partition of unity inside the problem, or columns one by one;
+/// convex, adam and adam_pool those of geometric fields.
+enum class Solver {
+  automatic,
+  primal,
+  dual,
+  active_set,
+  coupled,
+  decoupled,
+  convex,
+  adam,
+  adam_pool
+};
 std::string_view name_of(Solver solver);
 
 struct SolverFacts {
@@ -36,6 +48,7 @@ struct MethodFacts {
   std::string_view name;         ///< on the command line and in the report
   std::string_view description;  ///< a few words
   bool on_domain = false;  ///< solved on the nodes of a domain; else on the mesh's own vertices
+  bool on_field = false;   ///< or as a field of its own inside the shape
   bool needs_elements = false;  ///< of the domain: tetrahedra or triangles
   bool uses_mass = false;
   bool starts = false;  ///< a warm start from given weights means something

@@ -1,0 +1,126 @@
+#include "bind/field_stage.h"
+
+#include "skinfield/base/error.h"
+#include "skinfield/methods/geometric_fields.h"
+
+#include <cmath>
+#include <map>
+
+namespace skinfield {
+namespace {
+
+constexpr double kSamePlace = 1e-9;  // unit box
+
+bool same_handle(const Handle& a, const Handle& b) {
+  if (a.kind != b.kind || a.segments.size() != b.segments.size() || a.vertices != b.vertices)
+    return false;
+  for (std::size_t s = 0; s < a.segments.size(); ++s)
+    if ((a.segments[s].first - b.segments[s].first).norm() > kSamePlace ||
+        (a.segments[s].second - b.segments[s].second).norm() > kSamePlace)
+      return false;
+  return a.kind != Handle::Kind::point || (a.point - b.point).norm() <= kSamePlace;
+}
+
+void check_resumed(const FieldFile& file, const SolvedDomain& solved) {
+  const Points& V = solved.scaled.mesh.V;
+  if (file.shape.V.rows() != V.rows() || !((file.shape.V - V).cwiseAbs().maxCoeff() <= kSamePlace))
+    throw InputError("the saved field belongs to another shape", "--resume",
+                     "give the mesh that it was saved from, or start afresh");
+  bool same = file.handles.size() == solved.scaled.handles.size();
+  for (std::size_t h = 0; same && h < file.handles.size(); ++h)
+    same = same_handle(file.handles[h], solved.scaled.handles[h]);
+  if (!same)
+    throw InputError("the saved field has other handles", "--resume",
+                     "give the skeleton and the joint options that it was saved with");
+}
+
+/// Merged vertices once each, the first row given for them.
+PaintedVertices painted_vertices(const Conditions& conditions) {
+  std::map<int, Eigen::Index> row_of_vertex;
+  for (std::size_t k = 0; k < conditions.painted_vertex.size(); ++k)
+    row_of_vertex.emplace(conditions.painted_vertex[k], static_cast<Eigen::Index>(k));
+  PaintedVertices paint;
+  paint.weights.resize(static_cast<Eigen::Index>(row_of_vertex.size()),
+                       conditions.paint.weights.cols());
+  for (const auto& [vertex, row] : row_of_vertex) {
+    paint.weights.row(static_cast<Eigen::Index>(paint.vertex.size())) =
+        conditions.paint.weights.row(row);
+    paint.vertex.push_back(vertex);
+  }
+  return paint;
+}
+
+GeometricFieldsOptions field_options(const BindOptions& options) {
+  GeometricFieldsOptions method;
+  // What was saved holds, until the caller says otherwise.
+  if (options.resume) apply_settings(options.resume->settings, method);
+  using Solver = GeometricFieldsOptions::Solver;
+  if (options.solver == skinfield::Solver::convex) method.solver = Solver::convex;
+  if (options.solver == skinfield::Solver::adam) method.solver = Solver::adam;
+  if (options.solver == skinfield::Solver::adam_pool) method.solver = Solver::adam_pool;
+  if (options.boundary)
+    method.boundary = *options.boundary == Boundary::neumann
+                          ? GeometricFieldsOptions::Boundary::neumann
+                          : GeometricFieldsOptions::Boundary::natural;
+  if (!options.resume) {
+    method.points = options.field_points;
+    method.seed = options.seed;
+  }
+  if (options.tolerance > 0) method.tolerance = options.tolerance;
+  method.max_iterations = options.iterations;
+  method.time_limit_s = options.time_limit_s;
+  return method;
+}
+
+void describe(const GeometricFieldsResult& result, BindReport& report) {
+  const GeometricFieldsFacts& facts = result.facts;
+  report.rung = Rung::volume;
+  report.domain_kind = "field";
+  report.nodes = static_cast<int>(result.state.X.rows());
+  for (const auto& [stage, seconds] : facts.seconds) report.seconds["field_" + stage] = seconds;
+  const Solid::Facts& solid = result.field->solid().facts();
+  report.clean_parts = solid.clean;
+  report.dirty_parts = solid.dirty;
+  report.passenger_parts = solid.passengers;
+  report.flipped_faces = solid.flipped_faces;
+  report.field_vertices = {{"seen", facts.vertices.seen},
+                           {"flood_filled", facts.vertices.flood_filled},
+                           {"without_rays", facts.vertices.without_rays},
+                           {"passengers", facts.vertices.passengers}};
+}
+
+}  // namespace
+
+void solve_field(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
+                 BindReport& report, FieldFile* saved, const Progress& progress) {
+  const GeometricFieldsOptions method = field_options(options);
+  PaintedVertices paint = painted_vertices(conditions);
+  if (options.resume) {
+    check_resumed(*options.resume, solved);
+    if (paint.vertex.empty()) paint = {options.resume->paint.index, options.resume->paint.weights};
+  }
+  GeometricFieldsResult result =
+      geometric_fields(solved.scaled.mesh, solved.scaled.handles, paint, method,
+                       options.resume ? &options.resume->state : nullptr, progress);
+  describe(result, report);
+  report.solve = result.stats;
+  // The energy is a mean over the volume of squared second derivatives: length^-4 in file units.
+  const double scale = std::pow(solved.scaled.box.scale, 4);
+  report.solve.energy *= scale;
+  report.solve.lower_bound *= scale;
+  solved.rung = Rung::volume;
+  solved.field_rows = std::move(result.W);
+  solved.field_fill = std::move(result.fill);
+  if (saved) {
+    saved->state = std::move(result.state);
+    saved->shape = solved.scaled.mesh;
+    saved->box = solved.scaled.box;
+    saved->handles = solved.scaled.handles;
+    saved->paint.index = paint.vertex;
+    saved->paint.weights = paint.weights;
+    saved->settings = settings_of(method);
+  }
+  solved.field = std::move(result.field);
+}
+
+}  // namespace skinfield
