@@ -1,17 +1,10 @@
 #include "operators/element_kernels.h"
 
+#include "base/vector_clones.h"
+
 #include <algorithm>
 #include <cstring>
 
-// The processor's vector width is chosen when the program starts, so that one binary is fast
-// everywhere. Sanitizers do not support such functions.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define SKINFIELD_CLONES \
-  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define SKINFIELD_CLONES
-#endif
 #define SKINFIELD_INLINE inline __attribute__((always_inline))
 
 namespace skinfield {
@@ -146,21 +139,21 @@ SKINFIELD_INLINE void row_chunks(const std::int32_t* column, const double* value
 
 }  // namespace
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void pair_values(int dimension, const ElementArrays& elements, const double* A, double* value,
                  std::ptrdiff_t begin, std::ptrdiff_t end) {
   if (dimension == 3) return values_in<3>(elements, A, value, begin, end);
   values_in<2>(elements, A, value, begin, end);
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void pair_derivatives(int dimension, const ElementArrays& elements, const double* s, double* D,
                       std::ptrdiff_t begin, std::ptrdiff_t end) {
   if (dimension == 3) return derivatives_in<3>(elements, s, D, begin, end);
   derivatives_in<2>(elements, s, D, begin, end);
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 double difference_product(const double* xa, const double* xb, const double* ya, const double* yb,
                           std::ptrdiff_t m) {
   Four sum{};
@@ -178,7 +171,7 @@ double difference_product(const double* xa, const double* xb, const double* ya, 
   return total;
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void multiply_rows(const std::int32_t* start, const std::int32_t* column, const double* value,
                    const double* X, std::ptrdiff_t m, double* Y, std::ptrdiff_t begin,
                    std::ptrdiff_t end) {

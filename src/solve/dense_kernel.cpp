@@ -1,19 +1,11 @@
 #include "solve/dense_kernel.h"
 
+#include "base/vector_clones.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <type_traits>
-
-// The processor's vector width is chosen when the program starts, so that one binary is fast
-// everywhere. Sanitizers do not support such functions.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define SKINFIELD_CLONES \
-  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define SKINFIELD_CLONES
-#endif
 
 namespace skinfield {
 namespace {
@@ -211,27 +203,27 @@ SKINFIELD_INLINE void backward(const Panel<Value>& p, const double* below, const
 }
 }  // namespace
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void forward_panel(const Panel<double>& panel, const int* target, const int* at, int count) {
   forward(panel, target, at, count);
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void forward_panel(const Panel<float>& panel, const int* target, const int* at, int count) {
   forward(panel, target, at, count);
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void backward_panel(const Panel<double>& panel, const double* below, const int* at, int count) {
   backward(panel, below, at, count);
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void backward_panel(const Panel<float>& panel, const double* below, const int* at, int count) {
   backward(panel, below, at, count);
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 int factor_strip(double* rows, int width, const double* least, StripFactor& factor) {
   for (int c = 0; c < kStrip; ++c) {
     std::fill_n(factor.column[c], kStrip, 0.0);
@@ -259,7 +251,7 @@ int factor_strip(double* rows, int width, const double* least, StripFactor& fact
   return -1;
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void solve_strip(double* rows, const double* acc, const StripFactor& factor) {
   for (int i = 0; i < kKernelRows * kStrip; i += kChunk) {
     Four y, x;
@@ -286,7 +278,7 @@ void solve_strip(double* rows, const double* acc, const StripFactor& factor) {
   }
 }
 
-SKINFIELD_CLONES
+SKINFIELD_VECTOR_CLONES
 void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std::ptrdiff_t K,
                     const double* Y, double* acc) {
   static_assert(kStrip == 12 && kKernelRows == 4);
