@@ -281,6 +281,7 @@ def main():
     parser.add_argument("--sections", default="cases,hand,fork,soup")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--pictures", action="store_true", help="into results/pictures")
+    parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
     parser.add_argument("--out", type=Path, default=ROOT / "results")
     parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results.md")
     options = parser.parse_args()
@@ -309,7 +310,8 @@ def main():
         if name in sections:
             results[name] = section(options)
     version = run([options.program, "--version"])["out"].strip()
-    results["made"] = dict(machine=machine(), version=version.splitlines()[0] if version else "")
+    results["made"] = dict(machine=machine(), version=version.splitlines()[0] if version else "",
+                           note=options.note)
     store.write_text(json.dumps(results, indent=1))
 
     import results_page

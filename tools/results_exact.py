@@ -239,7 +239,8 @@ def page(results):
             f"dual is stopped at certified gaps of {GAPS[0]:g} and {GAPS[1]:g}, where the paper's "
             "program stood after its tolerances 1e-6 and 5e-8 on its hand. Decoupled weights "
             "leave partition of unity out of the problem and are normalised after; \"8 active\" is "
-            "what most programs run: 8 iterations of active sets, the same way.\n",
+            "what most programs run: 8 iterations of active sets, the same way. "
+            f"{results['note']}\n",
             "## Solver by solver\n"]
     head = ["case", "nodes", "handles", "primal s", "energy", "gap", "dual s", "energy", "tight s",
             "energy", "decoupled s", "energy", "8 active s", "energy"]
@@ -328,6 +329,7 @@ def main():
         os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
     parser.add_argument("--only", default="*", metavar="GLOB")
     parser.add_argument("--nodes", type=int, default=8000, help="of surfaces made into tets")
+    parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "exact")
     parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results-exact.md")
     options = parser.parse_args()
@@ -349,7 +351,7 @@ def main():
         print(f"{name}: " + ", ".join(key + " " + (number(one.get("cpu"), "{:.2f}") or "failed")
                                       for key, one in row["solvers"].items()),
               file=sys.stderr, flush=True)
-    results = dict(machine=machine(), table=rows, judged=evaluated(options),
+    results = dict(machine=machine(), note=options.note, table=rows, judged=evaluated(options),
                    referee=referee(options))
     for k, row in enumerate(rows):
         report = options.out / f"case{k}-dual-tight.report.json"

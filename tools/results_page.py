@@ -142,7 +142,8 @@ def page(results, blender, refused):
     text = ["# Results\n",
             f"Made by `make results` with {made.get('version', '')} on {made.get('machine', '')}. "
             "Weights are judged by `tools/judge.py`, independently of the program. TV is the mean "
-            "over vertices of half the L1 difference of two weight rows.\n"]
+            "over vertices of half the L1 difference of two weight rows. "
+            f"{made.get('note', '')}\n"]
     if results.get("cases"):
         text += cases_part(results["cases"], refused)
         text += artists_part(results["cases"], blender)
