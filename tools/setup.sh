@@ -38,8 +38,8 @@ for group in "$@"; do
       need_tool npm
       ;;
     python)
-      tools/with_python.sh -c 'import numpy, scipy' 2>/dev/null ||
-        missing+=(python3 python3-numpy python3-scipy)
+      tools/with_python.sh -c 'import numpy, scipy, matplotlib' 2>/dev/null ||
+        missing+=(python3 python3-numpy python3-scipy python3-matplotlib)
       ;;
     *)
       echo "setup.sh: no group named $group" >&2
