@@ -108,7 +108,14 @@ void check_method_options(const Options& o) {
   if (o.solver == "auto") return;
   std::string choices;
   for (const SolverFacts& solver : facts.solvers) {
-    if (name_of(solver.solver) == o.solver) return;
+    if (name_of(solver.solver) == o.solver) {
+      if (solver.tolerance_is.empty() && o.given.contains("--tolerance"))
+        throw UsageError(
+            fmt::format("--tolerance: --method {} --solver {} runs its iterations (use "
+                        "--iterations)",
+                        facts.name, o.solver));
+      return;
+    }
     choices += (choices.empty() ? "" : ", ") + std::string(name_of(solver.solver));
   }
   throw UsageError(fmt::format("--solver {}: --method {} has {}", o.solver, facts.name, choices));

@@ -170,6 +170,9 @@ TEST(Methods, OptionsWithoutUseAreRefused) {
   };
   refused("monotonic", {"--weights-in", "given.csv", "--lock", "*"}, {"monotonic", "keep columns"});
   refused("quasi-harmonic", {"--domain", "points"}, {"quasi-harmonic", "tetrahedra"});
+  refused("bbw-decoupled", {"--solver", "active-set", "--tolerance", "1e-3"},
+          {"--tolerance", "active-set", "--iterations"});
+  refused("geometric-fields", {"--solver", "adam", "--tolerance", "1e-3"}, {"--tolerance", "adam"});
   refused("monotonic", {"--solver", "dual"}, {"dual", "monotonic", "coupled"});
   refused("harmonic", {"--tolerance", "1e-3"}, {"--tolerance", "harmonic", "directly"});
   refused("biharmonic", {"--iterations", "10"}, {"--iterations", "biharmonic"});
