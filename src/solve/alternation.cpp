@@ -15,13 +15,15 @@ constexpr std::size_t kRowsPerBlock = 256;
 constexpr std::size_t kEntriesPerBlock = 4096;
 constexpr double kRelaxation = 1.6;
 constexpr int kCheckEvery = 5;
-constexpr int kBalanceEvery = 10;
-constexpr int kSettle = 4;            // first iterations, which say nothing about the balance
-constexpr double kBalanced = 0.8;     // primal over dual residual
-constexpr double kHonestRaise = 8.0;  // see Alternation::converged
+// Turns of the penalty (see Alternation::turn): iterations, and multiples of the first penalty.
+constexpr int kFirstTurn = 10, kStiffTurn = 15, kSoftTurn = 20;
+constexpr double kSoft = 3, kFirstStiff = 50, kStiff = 500, kWarm = 8;
+constexpr int kSettle = 4;         // first iterations, which say nothing about the balance
+constexpr double kBalanced = 0.8;  // primal over dual residual
 constexpr double kWorthShrinking = 0.8;
 constexpr double kRounding = 1e-10;    // of a row's sum, in the start
 constexpr double kDust = 1e-3;         // of the tolerance: rounding of the solves spreads as much
+constexpr double kFaint = 0.02;        // of the tolerance: smaller weights ask for no active rows
 constexpr double kDoubleBelow = 2e-4;  // tolerance: single-precision panels would show
 
 double largest_difference(const Vector& A, const Vector& B) {
@@ -59,7 +61,10 @@ Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& op
       free_(free),
       progress_(progress),
       storage_(options.tolerance < kDoubleBelow ? PanelStorage::full : PanelStorage::single),
-      linear_(free.R) {
+      linear_(free.R),
+      raised_(1),
+      soft_(kSoft),
+      turn_at_(options.start.size() > 0 ? kSoftTurn : kFirstTurn) {
   progress_.check();
   factor_.analyse(free_.Q);
   const bool warm = options_.start.size() > 0;
@@ -79,7 +84,7 @@ Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& op
   activate(around(ColumnSets(start_), std::max(1, options_.margin)));
   S_ = active_part(start_);
   if (warm) {
-    raised_ = kHonestRaise;
+    raised_ = soft_ = kWarm;
     d_ *= raised_;
     weight_ *= raised_;
     // At the optimum this S is the fixed point itself, multipliers included. They are those of the
@@ -113,9 +118,11 @@ ColumnSets Alternation::around(const ColumnSets& support, int rings) const {
 
 ColumnSets Alternation::support() const {
   ColumnSets sets(free_.rows(), free_.columns());
+  const double faint = kFaint * options_.tolerance;
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
     for (auto e = begin; e < end; ++e) {
-      if (Z_[e] != 0) sets.add(i, active_.column[static_cast<std::size_t>(e)]);
+      if (Z_[e] > faint * free_.row_sum[i])
+        sets.add(i, active_.column[static_cast<std::size_t>(e)]);
     }
   });
   return sets;
@@ -183,16 +190,12 @@ RowMatrix Alternation::full(const Vector& values) const {
 
 void Alternation::iterate(int it) {
   progress_.check();
-  if (it % kBalanceEvery == kSettle) balance();
+  if (it > turn_at_) turn(it);
   previous_.swap(Z_);
   project(S_, Z_);
   split();
   factor_.solve(active_, W_);
-  const double primal = distance(W_, Z_), dual = distance(Z_, previous_);
-  if (it > kSettle && primal > 0 && dual > 0) {
-    log_ratio_ += std::log(primal / dual);
-    ++ratios_;
-  }
+  if (it > kSettle && !stiff_) compare_residuals();
   if (it % kCheckEvery == 0) check();
   step();
   if (it % kCheckEvery == 0) grow();
@@ -224,13 +227,8 @@ bool Alternation::converged() {
     confirmed_ = 0;
     return false;
   }
-  if (!confirming_) {
-    confirming_ = true;
-    confirmed_ = 1;
-    if (raised_ > kHonestRaise) {
-      scale_penalty(kHonestRaise / raised_);
-      confirmed_ = 0;
-    }
+  if (stiff_) {
+    turn_at_ = 0;  // at once: see the header
     return false;
   }
   return ++confirmed_ >= 2;
@@ -329,15 +327,26 @@ void Alternation::check() {
   fresh_check_ = true;
 }
 
-/// Residual balancing (He, Yang, Wang 2000; Wohlberg 2017) in the norm of the penalty.
-void Alternation::balance() {
-  if (ratios_ < kBalanceEvery) return;
-  const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
-  log_ratio_ = 0;
-  ratios_ = 0;
-  const double factor = std::clamp(ratio * ratio, 0.2, 8.0);
-  if (factor > 2 && !confirming_) scale_penalty(factor);
-  if (factor < 0.4 && raised_ > 1e-2) scale_penalty(factor);
+void Alternation::compare_residuals() {
+  const double primal = distance(W_, Z_), dual = distance(Z_, previous_);
+  if (!(primal > 0 && dual > 0)) return;
+  log_ratio_ += std::log(primal / dual);
+  ++ratios_;
+}
+
+/// A soft penalty settles what lies far from the handles, a stiff one the rows where weights leave
+/// zero; taking turns needs half the iterations of any one penalty, or of one raised step by step.
+void Alternation::turn(int it) {
+  if (!stiff_ && ratios_ > 0) {
+    // Residual balancing (He, Yang, Wang 2000; Wohlberg 2017) in the norm of the penalty.
+    const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
+    const double factor = std::clamp(ratio * ratio, 0.2, 5.0);
+    if (factor > 2 || factor < 0.4) soft_ *= factor;
+  }
+  stiff_ = !stiff_;
+  turn_at_ = it - 1 + (stiff_ ? kStiffTurn : kSoftTurn);
+  scale_penalty((!stiff_ ? soft_ : turned_ ? kStiff : kFirstStiff) / raised_);
+  turned_ = turned_ || stiff_;
 }
 
 void Alternation::scale_penalty(double factor) {

@@ -27,8 +27,9 @@ class Alternation {
   void iterate(int it);
   /// Both the distance between the halves of the splitting, which measured 0.7 to 1.5 times the
   /// distance to the optimum, and the movement since the last check are below the tolerance.
-  /// That holds near the starting penalty: a raised one pulls the halves together without moving
-  /// them to the optimum. So the first success only lowers the penalty; two more must follow.
+  /// That holds for a soft penalty: a stiff one pulls the halves together without moving them to
+  /// the optimum. So success with a stiff one only ends its turn, and with a soft one it must be
+  /// seen twice.
   bool converged();
   /// One step with full columns: the lower bound, and whether they stay below the tolerance
   /// outside the active rows. If not, those rows become active.
@@ -65,7 +66,8 @@ class Alternation {
   void split();
   void step();
   void check();
-  void balance();
+  void compare_residuals();
+  void turn(int it);
   void scale_penalty(double factor);
 
   const SimplexOptions& options_;
@@ -84,9 +86,13 @@ class Alternation {
   RowMatrix start_;
   double lower_ = -std::numeric_limits<double>::infinity();
   double change_ = std::numeric_limits<double>::infinity();
-  double log_ratio_ = 0, raised_ = 1;
-  int ratios_ = 0, confirmed_ = 0;
-  bool confirming_ = false, fresh_check_ = false;
+  double log_ratio_ = 0;  ///< sum of logarithms of primal over dual residuals in soft turns
+  int ratios_ = 0;        ///< so many
+  double raised_, soft_;  ///< the penalty now, and in soft turns, over the first
+  int turn_at_;           ///< the turn's last iteration
+  bool stiff_ = false, turned_ = false;  ///< a stiff turn now; was there one?
+  int confirmed_ = 0;
+  bool fresh_check_ = false;
 };
 
 }  // namespace skinfield

@@ -1,7 +1,5 @@
 #include "solve/dense_kernel.h"
 
-#include "base/vector_clones.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,34 +8,51 @@
 namespace skinfield {
 namespace {
 using Four = double __attribute__((vector_size(32)));
+using Eight = double __attribute__((vector_size(64)));
+
+template <class Vec>
+constexpr int kLanes = sizeof(Vec) / sizeof(double);
 
 #define SKINFIELD_INLINE inline __attribute__((always_inline))
 
 // By reference: passing such vectors by value has no stable ABI without AVX.
-SKINFIELD_INLINE void load(Four& v, const double* from) { std::memcpy(&v, from, sizeof v); }
-SKINFIELD_INLINE void store(double* to, const Four& v) { std::memcpy(to, &v, sizeof v); }
+template <class Vec>
+SKINFIELD_INLINE void load(Vec& v, const double* from) {
+  std::memcpy(&v, from, sizeof v);
+}
+template <class Vec>
+SKINFIELD_INLINE void store(double* to, const Vec& v) {
+  std::memcpy(to, &v, sizeof v);
+}
+
+/// Where vector q of a row begins, of the chunks that begin at at[0], at[1], ...
+template <class Vec>
+SKINFIELD_INLINE int place(const int* at, int q) {
+  constexpr int kPerChunk = kChunk / kLanes<Vec>;
+  return at[q / kPerChunk] + q % kPerChunk * kLanes<Vec>;
+}
 
 /// y -= x on the chunks.
-template <int Count>
-SKINFIELD_INLINE void subtract(double* y, const int* at, const Four (&x)[Count]) {
+template <class Vec, int Count>
+SKINFIELD_INLINE void subtract(double* y, const int* at, const Vec (&x)[Count]) {
   for (int q = 0; q < Count; ++q) {
-    Four v;
-    load(v, y + at[q]);
+    Vec v;
+    load(v, y + place<Vec>(at, q));
     v -= x[q];
-    store(y + at[q], v);
+    store(y + place<Vec>(at, q), v);
   }
 }
 
-/// acc[r][q] = sum over k < K of a_r[k * step] * the chunk of Y's row k at at[q].
-template <int Count>
+/// acc[r][q] = sum over k < K of a_r[k * step] * vector q of Y's row k.
+template <class Vec, int Count>
 SKINFIELD_INLINE void multiply(const double* const a[kKernelRows], std::ptrdiff_t step, int K,
                                const double* Y, std::ptrdiff_t stride, const int* at,
-                               Four (&acc)[kKernelRows][Count]) {
-  Four c[kKernelRows][Count] = {};
+                               Vec (&acc)[kKernelRows][Count]) {
+  Vec c[kKernelRows][Count] = {};
   const double* y[Count];
-  for (int q = 0; q < Count; ++q) y[q] = Y + at[q];
+  for (int q = 0; q < Count; ++q) y[q] = Y + place<Vec>(at, q);
   for (std::ptrdiff_t k = 0; k < K; ++k) {
-    Four v[Count];
+    Vec v[Count];
     for (int q = 0; q < Count; ++q) load(v[q], y[q] + k * stride);
     for (int r = 0; r < kKernelRows; ++r) {
       const double x = a[r][k * step];
@@ -50,40 +65,46 @@ SKINFIELD_INLINE void multiply(const double* const a[kKernelRows], std::ptrdiff_
 }
 
 /// y -= l x on the chunks.
-template <int Count>
+template <class Vec, int Count>
 SKINFIELD_INLINE void eliminate(double* y, double l, const double* x, const int* at) {
-  Four v[Count];
+  Vec v[Count];
   for (int q = 0; q < Count; ++q) {
-    load(v[q], x + at[q]);
+    load(v[q], x + place<Vec>(at, q));
     v[q] *= l;
   }
   subtract(y, at, v);
 }
 
-template <int Count>
+template <class Vec, int Count>
 SKINFIELD_INLINE void scale(double* y, double factor, const int* at) {
   for (int q = 0; q < Count; ++q) {
-    Four v;
-    load(v, y + at[q]);
+    Vec v;
+    load(v, y + place<Vec>(at, q));
     v *= factor;
-    store(y + at[q], v);
+    store(y + place<Vec>(at, q), v);
   }
 }
 
-/// Calls body<Count>(at) for strips of up to three chunks; four go as two and two.
-template <class Body>
+/// Calls body<vectors>(first chunk) for strips of as many chunks as the registers hold the sums of:
+/// three of wide vectors (four chunks go as two and two), one of narrow ones.
+template <class Vec, class Body>
 SKINFIELD_INLINE void for_strips(int count, const Body& body) {
-  for (int first = 0; first < count;) {
-    const int left = count - first;
-    if (left == 1) {
-      body(std::integral_constant<int, 1>(), first);
-      first += 1;
-    } else if (left == 2 || left == 4) {
-      body(std::integral_constant<int, 2>(), first);
-      first += 2;
-    } else {
-      body(std::integral_constant<int, 3>(), first);
-      first += 3;
+  constexpr int kPerChunk = kChunk / kLanes<Vec>;
+  if constexpr (kPerChunk > 1) {
+    for (int q = 0; q < count; ++q) body(std::integral_constant<int, kPerChunk>(), q);
+  } else {
+    for (int first = 0; first < count;) {
+      const int left = count - first;
+      if (left == 1) {
+        body(std::integral_constant<int, 1>(), first);
+        first += 1;
+      } else if (left == 2 || left == 4) {
+        body(std::integral_constant<int, 2>(), first);
+        first += 2;
+      } else {
+        body(std::integral_constant<int, 3>(), first);
+        first += 3;
+      }
     }
   }
 }
@@ -113,7 +134,7 @@ SKINFIELD_INLINE void unpack_columns(const Panel<Value>& p, int j, int from, int
   for (int r = 0; r < kKernelRows; ++r) a[r] = p.scratch + r;
 }
 
-template <class Value>
+template <class Vec, class Value>
 SKINFIELD_INLINE void forward(const Panel<Value>& p, const int* target, const int* at, int count) {
   const int w = p.width;
   const std::ptrdiff_t stride = p.stride;
@@ -121,31 +142,31 @@ SKINFIELD_INLINE void forward(const Panel<Value>& p, const int* target, const in
   for (int i = 0; i < w; i += kKernelRows) {
     const int rows = std::min(kKernelRows, w - i);
     unpack_rows(p, i, rows, i + rows, a);
-    for_strips(
+    for_strips<Vec>(
         count, [&]<int Count>(std::integral_constant<int, Count>, int first)
                    __attribute__((always_inline)) {
                      const int* chunks = at + first;
-                     Four acc[kKernelRows][Count];
-                     multiply<Count>(a, 1, i, p.Y, stride, chunks, acc);
+                     Vec acc[kKernelRows][Count];
+                     multiply<Vec, Count>(a, 1, i, p.Y, stride, chunks, acc);
                      for (int r = 0; r < rows; ++r) {
                        double* y = p.Y + (i + r) * stride;
                        subtract(y, chunks, acc[r]);
                        for (int t = i; t < i + r; ++t) {
-                         eliminate<Count>(y, a[r][t], p.Y + t * stride, chunks);
+                         eliminate<Vec, Count>(y, a[r][t], p.Y + t * stride, chunks);
                        }
-                       scale<Count>(y, a[r][i + r], chunks);
+                       scale<Vec, Count>(y, a[r][i + r], chunks);
                      }
                    });
   }
   for (int i = w; i < p.size; i += kKernelRows) {
     const int rows = std::min(kKernelRows, p.size - i);
     unpack_rows(p, i, rows, w, a);
-    for_strips(
+    for_strips<Vec>(
         count, [&]<int Count>(std::integral_constant<int, Count>, int first)
                    __attribute__((always_inline)) {
                      const int* chunks = at + first;
-                     Four acc[kKernelRows][Count];
-                     multiply<Count>(a, 1, w, p.Y, stride, chunks, acc);
+                     Vec acc[kKernelRows][Count];
+                     multiply<Vec, Count>(a, 1, w, p.Y, stride, chunks, acc);
                      for (int r = 0; r < rows; ++r) {
                        subtract(p.X + target[i + r - w] * stride, chunks, acc[r]);
                      }
@@ -153,7 +174,7 @@ SKINFIELD_INLINE void forward(const Panel<Value>& p, const int* target, const in
   }
 }
 
-template <class Value>
+template <class Vec, class Value>
 SKINFIELD_INLINE void backward(const Panel<Value>& p, const double* below, const int* at,
                                int count) {
   const int w = p.width;
@@ -166,12 +187,12 @@ SKINFIELD_INLINE void backward(const Panel<Value>& p, const double* below, const
     for (int j = 0; j < w; j += kKernelRows) {
       const int columns = std::min(kKernelRows, w - j);
       unpack_columns(p, j, from, to, a);
-      for_strips(
+      for_strips<Vec>(
           count, [&]<int Count>(std::integral_constant<int, Count>,
                                 int first) __attribute__((always_inline)) {
-            Four acc[kKernelRows][Count];
-            multiply<Count>(a, kKernelRows, to - from, below + (from - w) * step + first * kChunk,
-                            step, kPacked, acc);
+            Vec acc[kKernelRows][Count];
+            multiply<Vec, Count>(a, kKernelRows, to - from,
+                                 below + (from - w) * step + first * kChunk, step, kPacked, acc);
             for (int r = 0; r < columns; ++r) {
               subtract(p.Y + (j + r) * stride, at + first, acc[r]);
             }
@@ -183,48 +204,28 @@ SKINFIELD_INLINE void backward(const Panel<Value>& p, const double* below, const
     unpack_columns(p, j, j, w, a);
     const double* triangle = p.scratch;
     for (const double*& column : a) column += static_cast<std::ptrdiff_t>(columns) * kKernelRows;
-    for_strips(
+    for_strips<Vec>(
         count, [&]<int Count>(std::integral_constant<int, Count>,
                               int first) __attribute__((always_inline)) {
           const int* chunks = at + first;
-          Four acc[kKernelRows][Count];
-          multiply<Count>(a, kKernelRows, w - end, p.Y + end * stride, stride, chunks, acc);
+          Vec acc[kKernelRows][Count];
+          multiply<Vec, Count>(a, kKernelRows, w - end, p.Y + end * stride, stride, chunks, acc);
           for (int r = columns - 1; r >= 0; --r) {
             double* y = p.Y + (j + r) * stride;
             subtract(y, chunks, acc[r]);
             for (int t = r + 1; t < columns; ++t) {
-              eliminate<Count>(y, triangle[t * kKernelRows + r], p.Y + (j + t) * stride, chunks);
+              eliminate<Vec, Count>(y, triangle[t * kKernelRows + r], p.Y + (j + t) * stride,
+                                    chunks);
             }
-            scale<Count>(y, triangle[r * kKernelRows + r], chunks);
+            scale<Vec, Count>(y, triangle[r * kKernelRows + r], chunks);
           }
         });
     end = j;
   }
 }
-}  // namespace
-
-SKINFIELD_VECTOR_CLONES
-void forward_panel(const Panel<double>& panel, const int* target, const int* at, int count) {
-  forward(panel, target, at, count);
-}
-
-SKINFIELD_VECTOR_CLONES
-void forward_panel(const Panel<float>& panel, const int* target, const int* at, int count) {
-  forward(panel, target, at, count);
-}
-
-SKINFIELD_VECTOR_CLONES
-void backward_panel(const Panel<double>& panel, const double* below, const int* at, int count) {
-  backward(panel, below, at, count);
-}
-
-SKINFIELD_VECTOR_CLONES
-void backward_panel(const Panel<float>& panel, const double* below, const int* at, int count) {
-  backward(panel, below, at, count);
-}
-
-SKINFIELD_VECTOR_CLONES
-int factor_strip(double* rows, int width, const double* least, StripFactor& factor) {
+template <class Vec>
+SKINFIELD_INLINE int factor_triangle(double* rows, int width, const double* least,
+                                     StripFactor& factor) {
   for (int c = 0; c < kStrip; ++c) {
     std::fill_n(factor.column[c], kStrip, 0.0);
     factor.inverse[c] = 1;
@@ -237,10 +238,11 @@ int factor_strip(double* rows, int width, const double* least, StripFactor& fact
     for (int t = c + 1; t < width; ++t) {
       factor.column[c][t] = rows[t * kStrip + c] *= inverse;
     }
+    const int first = c / kLanes<Vec> * kLanes<Vec>;  // the columns before it are done
     for (int r = c + 1; r < width; ++r) {
       const double l = rows[r * kStrip + c];
-      for (int q = 0; q < kStrip; q += kChunk) {
-        Four y, x;
+      for (int q = first; q <= r; q += kLanes<Vec>) {
+        Vec y, x;
         load(y, rows + r * kStrip + q);
         load(x, factor.column[c] + q);
         y -= l * x;
@@ -251,44 +253,46 @@ int factor_strip(double* rows, int width, const double* least, StripFactor& fact
   return -1;
 }
 
-SKINFIELD_VECTOR_CLONES
-void solve_strip(double* rows, const double* acc, const StripFactor& factor) {
-  for (int i = 0; i < kKernelRows * kStrip; i += kChunk) {
-    Four y, x;
+template <class Vec>
+SKINFIELD_INLINE void solve_rows(double* rows, const double* acc, const StripFactor& factor) {
+  constexpr int kVectors = kStrip / kLanes<Vec>;
+  for (int i = 0; i < kKernelRows * kStrip; i += kLanes<Vec>) {
+    Vec y, x;
     load(y, rows + i);
     load(x, acc + i);
     y -= x;
     store(rows + i, y);
   }
   for (int c = 0; c < kStrip; ++c) {
-    Four l[kStripChunks];
-    const int first = c / kChunk;
-    for (int q = first; q < kStripChunks; ++q) load(l[q], factor.column[c] + q * kChunk);
+    Vec l[kVectors];
+    const int first = c / kLanes<Vec>;
+    for (int q = first; q < kVectors; ++q) load(l[q], factor.column[c] + q * kLanes<Vec>);
     for (int r = 0; r < kKernelRows; ++r) {
       double* y = rows + r * kStrip;
       const double x = y[c] * factor.inverse[c];
-      for (int q = first; q < kStripChunks; ++q) {
-        Four v;
-        load(v, y + q * kChunk);
+      for (int q = first; q < kVectors; ++q) {
+        Vec v;
+        load(v, y + q * kLanes<Vec>);
         v -= x * l[q];
-        store(y + q * kChunk, v);
+        store(y + q * kLanes<Vec>, v);
       }
       y[c] = x;
     }
   }
 }
 
-SKINFIELD_VECTOR_CLONES
-void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std::ptrdiff_t K,
-                    const double* Y, double* acc) {
-  static_assert(kStrip == 12 && kKernelRows == 4);
-  Four c00{}, c01{}, c02{}, c10{}, c11{}, c12{}, c20{}, c21{}, c22{}, c30{}, c31{}, c32{};
+/// Columns [first, first + 3 lanes) of multiply_strip's result.
+template <class Vec>
+SKINFIELD_INLINE void multiply_columns(const double* const a[kKernelRows], std::ptrdiff_t step,
+                                       std::ptrdiff_t K, const double* Y, double* acc) {
+  Vec c00{}, c01{}, c02{}, c10{}, c11{}, c12{}, c20{}, c21{}, c22{}, c30{}, c31{}, c32{};
+  static_assert(kKernelRows == 4);
   const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
   for (std::ptrdiff_t k = 0; k < K; ++k) {
-    Four y0, y1, y2;
-    std::memcpy(&y0, Y, sizeof y0);
-    std::memcpy(&y1, Y + 4, sizeof y1);
-    std::memcpy(&y2, Y + 8, sizeof y2);
+    Vec y0, y1, y2;
+    load(y0, Y);
+    load(y1, Y + kLanes<Vec>);
+    load(y2, Y + 2 * kLanes<Vec>);
     Y += kStrip;
     const double x0 = a0[k * step], x1 = a1[k * step], x2 = a2[k * step], x3 = a3[k * step];
     c00 += x0 * y0;
@@ -304,8 +308,79 @@ void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std
     c31 += x3 * y1;
     c32 += x3 * y2;
   }
-  const Four all[12] = {c00, c01, c02, c10, c11, c12, c20, c21, c22, c30, c31, c32};
-  std::memcpy(acc, all, sizeof all);
+  const Vec all[kKernelRows][3] = {
+      {c00, c01, c02}, {c10, c11, c12}, {c20, c21, c22}, {c30, c31, c32}};
+  for (int r = 0; r < kKernelRows; ++r) std::memcpy(acc + r * kStrip, all[r], sizeof all[r]);
 }
+
+template <class Vec>
+SKINFIELD_INLINE void multiply_all(const double* const a[kKernelRows], std::ptrdiff_t step,
+                                   std::ptrdiff_t K, const double* Y, double* acc) {
+  for (int first = 0; first < kStrip; first += 3 * kLanes<Vec>) {
+    multiply_columns<Vec>(a, step, K, Y + first, acc + first);
+  }
+}
+
+// Every kernel is compiled for vectors of 512, 256 and 128 bits; the processor's are chosen when
+// the program starts. Not target_clones: wide vectors want other tiles than narrow ones.
+#if defined(__x86_64__)
+#define SKINFIELD_WIDE __attribute__((target("avx512f,avx512vl,avx512dq,avx2,fma")))
+#define SKINFIELD_NARROW __attribute__((target("avx2,fma")))
+#else
+#define SKINFIELD_WIDE
+#define SKINFIELD_NARROW
+#endif
+
+enum class Width { plain, narrow, wide };
+
+Width processor_width() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512dq")) {
+    return Width::wide;
+  }
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return Width::narrow;
+#endif
+  return Width::plain;
+}
+
+const Width kWidth = processor_width();
+
+// body<Vec> for each width, and the function that chooses.
+#define SKINFIELD_KERNEL(result, name, body, parameters, arguments)                 \
+  namespace {                                                                       \
+  SKINFIELD_WIDE result name##_wide parameters { return body<Eight> arguments; }    \
+  SKINFIELD_NARROW result name##_narrow parameters { return body<Four> arguments; } \
+  result name##_plain parameters { return body<Four> arguments; }                   \
+  }                                                                                 \
+  result name parameters {                                                          \
+    return kWidth == Width::wide     ? name##_wide arguments                        \
+           : kWidth == Width::narrow ? name##_narrow arguments                      \
+                                     : name##_plain arguments;                      \
+  }
+
+}  // namespace
+
+SKINFIELD_KERNEL(void, forward_panel, forward,
+                 (const Panel<double>& panel, const int* target, const int* at, int count),
+                 (panel, target, at, count))
+SKINFIELD_KERNEL(void, forward_panel, forward,
+                 (const Panel<float>& panel, const int* target, const int* at, int count),
+                 (panel, target, at, count))
+SKINFIELD_KERNEL(void, backward_panel, backward,
+                 (const Panel<double>& panel, const double* below, const int* at, int count),
+                 (panel, below, at, count))
+SKINFIELD_KERNEL(void, backward_panel, backward,
+                 (const Panel<float>& panel, const double* below, const int* at, int count),
+                 (panel, below, at, count))
+SKINFIELD_KERNEL(int, factor_strip, factor_triangle,
+                 (double* rows, int width, const double* least, StripFactor& factor),
+                 (rows, width, least, factor))
+SKINFIELD_KERNEL(void, solve_strip, solve_rows,
+                 (double* rows, const double* acc, const StripFactor& factor), (rows, acc, factor))
+SKINFIELD_KERNEL(void, multiply_strip, multiply_all,
+                 (const double* const a[kKernelRows], std::ptrdiff_t step, std::ptrdiff_t K,
+                  const double* Y, double* acc),
+                 (a, step, K, Y, acc))
 
 }  // namespace skinfield

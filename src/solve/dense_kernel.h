@@ -5,13 +5,13 @@
 
 namespace skinfield {
 
-/// Right-hand sides come in chunks of four columns; strips of three chunks fill the registers.
-constexpr int kChunk = 4;
+/// Right-hand sides come in chunks of eight columns; strips of three chunks fill the registers.
+constexpr int kChunk = 8;
 constexpr int kStripChunks = 3;
 constexpr int kStrip = kChunk * kStripChunks;
 constexpr int kKernelRows = 4;
 
-/// acc (4 x 12, row-major) = sum over k < K of a_i[k * step] * Y[k][0..12).
+/// acc (4 x kStrip, row-major) = sum over k < K of a_i[k * step] * Y[k][0..kStrip).
 void multiply_strip(const double* const a[kKernelRows], std::ptrdiff_t step, std::ptrdiff_t K,
                     const double* Y, double* acc);
 
@@ -25,7 +25,7 @@ struct StripFactor {
 /// the first `width` columns. least: what pivots must exceed. Returns the first column that
 /// fails, -1 if none does.
 int factor_strip(double* rows, int width, const double* least, StripFactor& factor);
-/// rows (4 x 12, row-major) := (rows - acc) L^-T.
+/// rows (4 x kStrip, row-major) := (rows - acc) L^-T.
 void solve_strip(double* rows, const double* acc, const StripFactor& factor);
 
 /// A supernode of L and the rows of X that belong to it. Value: float or double; sums are double.

@@ -130,10 +130,10 @@ TEST(DecoupledBiharmonic, OfTibimanInItsAuthorsConvention) {
   const SparseRows K = stiffness(man.mesh.V, man.mesh.T);
   const BoundedBiharmonicProblem problem{K, man.M, man.fixed};
   DecoupledBiharmonicOptions quick;
-  quick.tolerance = 1e-2;
+  quick.tolerance = 3e-3;
   const auto decoupled = decoupled_biharmonic(problem, quick);
   BoundedBiharmonicOptions loose;
-  loose.tolerance = 1e-2;
+  loose.tolerance = 3e-3;
   const auto coupled = bounded_biharmonic(problem, loose);
   // Without the 1/2, as published: 36289.4 for another program's decoupled weights, which we
   // undercut; the exact ones are at 35912.8.
