@@ -31,14 +31,15 @@ class Alternation {
   /// the optimum. So success with a stiff one only ends its turn, and with a soft one it must be
   /// seen twice.
   bool converged();
-  /// One step with full columns: the lower bound, and whether they stay below the tolerance
-  /// outside the active rows. If not, those rows become active.
-  bool certify();
+  /// One step with full columns: do they stay below the tolerance outside the active rows? If not,
+  /// those rows become active.
+  bool complete();
+  /// A lower bound of the energy, by some steps with full columns.
+  double certify();
 
   const RowMatrix& start() const { return start_; }
   /// The iterate, feasible, without weights far below the tolerance.
   RowMatrix result() const;
-  double lower_bound() const { return lower_; }
   double change() const { return change_; }
 
  private:
@@ -62,6 +63,8 @@ class Alternation {
   Vector active_part(const RowMatrix& W) const;
   RowMatrix full(const Vector& values) const;
 
+  /// Z := proj(S), W := (Q + D)^-1 (D (2Z - S) + R).
+  void full_step(const RowMatrix& S, RowMatrix& Z, RowMatrix& W);
   void project(const Vector& from, Vector& to) const;
   void split();
   void step();
@@ -84,7 +87,6 @@ class Alternation {
   std::vector<char> allowed_;  ///< of the active entries: in the support, or empty for all
   Vector S_, Z_, W_, F_, previous_, checked_;
   RowMatrix start_;
-  double lower_ = -std::numeric_limits<double>::infinity();
   double change_ = std::numeric_limits<double>::infinity();
   double log_ratio_ = 0;  ///< sum of logarithms of primal over dual residuals in soft turns
   int ratios_ = 0;        ///< so many

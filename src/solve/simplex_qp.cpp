@@ -59,13 +59,12 @@ SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOpt
       if (options.time_limit_s > 0 && clock.seconds() > options.time_limit_s) break;
       alternation.iterate(++stats.iterations);
       progress("solve", static_cast<double>(stats.iterations) / options.max_iterations);
-      if (!alternation.converged() || !alternation.certify()) continue;
+      if (!alternation.converged() || !alternation.complete()) continue;
       stats.status = SolveStats::Status::converged;
       break;
     }
-    if (stats.status == SolveStats::Status::limit) alternation.certify();
     Z = alternation.result();
-    stats.lower_bound = alternation.lower_bound();
+    stats.lower_bound = alternation.certify();
     stats.largest_change = alternation.change();
     if (stats.status == SolveStats::Status::limit) {
       const RowMatrix& start = alternation.start();
