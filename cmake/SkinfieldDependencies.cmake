@@ -25,6 +25,16 @@ if(SKINFIELD_PROFILE STREQUAL "full")
   target_compile_definitions(skinfield_cholmod INTERFACE SKINFIELD_HAVE_CHOLMOD=1)
 endif()
 
+# Orders large factors with less fill than minimum degree; only src/solve/ordering.cpp knows it.
+add_library(skinfield_metis INTERFACE)
+find_path(METIS_INCLUDE_DIR metis.h)
+find_library(METIS_LIBRARY metis)
+if(METIS_INCLUDE_DIR AND METIS_LIBRARY)
+  target_include_directories(skinfield_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
+  target_link_libraries(skinfield_metis INTERFACE ${METIS_LIBRARY})
+  target_compile_definitions(skinfield_metis INTERFACE SKINFIELD_HAVE_METIS=1)
+endif()
+
 # TetGen (AGPL) and CGAL's alpha wrap (GPL) make tetrahedra of surfaces, CGAL's mesher (GPL)
 # triangles of outlines; header-only CGAL needs GMP and MPFR. Each is known to one file of
 # src/domain.

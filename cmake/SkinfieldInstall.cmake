@@ -8,7 +8,7 @@ set(SKINFIELD_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/skinfield)
 foreach(part cholmod tetgen cgal)
   set_target_properties(skinfield_${part} PROPERTIES EXPORT_NAME ${part})
 endforeach()
-install(TARGETS skinfield ${SKINFIELD_TARGETS} skinfield_cholmod skinfield_tetgen
+install(TARGETS skinfield ${SKINFIELD_TARGETS} skinfield_cholmod skinfield_metis skinfield_tetgen
   skinfield_cgal EXPORT skinfield-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT skinfield-targets NAMESPACE skinfield:: DESTINATION ${SKINFIELD_CMAKE_DIR})

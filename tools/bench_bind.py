@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Times `skinfield bind` end to end: the hand at three qualities, every stage with one thread and
-with two, and a character of 60 bones refined to 500,000 triangles. CPU seconds beside wall
-seconds, and what must be reached.
+with two, a character of 60 bones refined to 500,000 triangles, and exact weights on tetrahedra from
+7,000 to 145,000 vertices. CPU seconds beside wall seconds, and what must be reached.
 
     bench_bind.py [--program P] [--data D] [--out FOLDER] [--rounds N] [--only PART]
 """
@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import judge
+import meshes
 from results import ROOT, at, last_line, machine, run
 
 
@@ -147,13 +148,60 @@ def triangles(options):
         print(f"    CPU time grows as triangles^{power:.2f} (must stay below 1)")
 
 
+def tets(options):
+    """Exact weights on tetrahedra, one thread, solved to the tolerance that leaves errors of a few
+    thousandths and to the default one. Seconds of everything after reading."""
+    fem, surface = options.data / "fem", options.data / "surface"
+    if not fem.exists():
+        print("tets: no shared data, left out")
+        return
+    out = options.out
+
+    def filled(mesh, skeleton, nodes, name):
+        made = run([options.program, "tetrahedralise", mesh, "--skeleton", skeleton, "--nodes",
+                    nodes, "-o", out / name, "--quiet"])
+        if made["code"] != 0:
+            print(f"{name}: {last_line(made['err'])}")
+        return out / name
+
+    judge.hand_surface(options.data, out / "hand.obj")
+    hand70 = filled(out / "hand.obj", fem / "hand.tgf", 74000, "hand-70k.mesh")
+    penguin_bones = meshes.first_bones(surface / "penguin.tgf", 15, out / "penguin-15.tgf")
+    penguin = filled(surface / "penguin.obj", penguin_bones, 54000, "penguin-50k.mesh")
+    meshes.write(out / "hand-49k.mesh", *meshes.refined(*meshes.read(fem / "hand.mesh")))
+    meshes.write(out / "tibiman-145k.mesh", *meshes.refined(*meshes.read(fem / "tibiman.mesh")))
+    hand80 = meshes.split_bones(fem / "hand.tgf", 4, out / "hand-80.tgf")
+    cases = [("hand", fem / "hand.mesh", fem / "hand.tgf", "at most 0.6 CPU s"),
+             ("penguin", penguin, penguin_bones, "at most 6 CPU s"),
+             ("hand, refined 1:8", out / "hand-49k.mesh", fem / "hand.tgf", ""),
+             ("hand, filled", hand70, fem / "hand.tgf", "at most 11 CPU s, 600 MB"),
+             ("hand, filled, 80 bones", hand70, hand80, "at most 17 CPU s, 1000 MB"),
+             ("tibiman, refined 1:8", out / "tibiman-145k.mesh", fem / "tibiman.tgf",
+              "at most 50 CPU s, 2000 MB")]
+    for label, mesh, skeleton, target in cases:
+        for tolerance in ("6e-3", "1e-3"):
+            row = bind(options, mesh, out / "bench-tets.npz", "--skeleton", skeleton,
+                       "--tolerance", tolerance, "--threads", 1)
+            if "failure" in row:
+                show(label, row)
+                continue
+            report = row["report"]
+            print(f"{label}, {at(report, 'domain', 'nodes'):,} nodes, "
+                  f"{at(report, 'input', 'handles')} handles, tolerance {tolerance}: "
+                  f"{sum(report['cpu_s'].values()):.2f} CPU s "
+                  f"(solve {report['cpu_s']['solve']:.2f}), {row['peak'] / 2**20:.0f} MB, "
+                  f"{at(report, 'solve', 'iterations')} iterations, gap "
+                  f"{at(report, 'solve', 'relative_gap'):.0e} "
+                  f"{f'({target})' if target and tolerance == '6e-3' else ''}", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
     parser.add_argument("--data", type=Path, default=Path(
         os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
     parser.add_argument("--rounds", type=int, default=3, help="runs with each number of threads")
-    parser.add_argument("--only", choices=["hand", "threads", "triangles"])
+    parser.add_argument("--only", choices=["hand", "threads", "triangles", "tets"])
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "bench")
     options = parser.parse_args()
     options.program = options.program.resolve()
@@ -161,7 +209,7 @@ def main():
         sys.exit(f"bench: {options.program} is not built (make build)")
     options.out.mkdir(parents=True, exist_ok=True)
     print(f"on {machine()}")
-    for part in (hand, threads, triangles):
+    for part in (hand, threads, triangles, tets):
         if options.only in (None, part.__name__):
             part(options)
 

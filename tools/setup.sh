@@ -23,7 +23,7 @@ for group in "$@"; do
       need_package libembree-dev libtbb-dev libeigen3-dev libsuitesparse-dev \
         nlohmann-json3-dev libcli11-dev libfmt-dev libpng-dev zlib1g-dev libnanoflann-dev \
         libpugixml-dev libgtest-dev libbenchmark-dev libtet1.5-dev libcgal-dev libgmp-dev \
-        libmpfr-dev
+        libmpfr-dev libmetis-dev
       ;;
     tidy)
       need_tool clang-format

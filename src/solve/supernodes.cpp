@@ -1,6 +1,6 @@
 #include "solve/supernodes.h"
 
-#include <Eigen/OrderingMethods>
+#include "solve/ordering.h"
 
 #include <algorithm>
 #include <numeric>
@@ -8,17 +8,8 @@
 namespace skinfield {
 namespace {
 
-using Lists = std::vector<std::vector<int>>;
-
-std::vector<int> minimum_degree(const SparseRows& A) {
-  using Columns = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int32_t>;
-  const Eigen::Map<const Columns> view(A.rows(), A.cols(), A.nonZeros(), A.outerIndexPtr(),
-                                       A.innerIndexPtr(), A.valuePtr());
-  Columns pattern = view;
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, std::int32_t> order;
-  Eigen::internal::minimum_degree_ordering(pattern, order);
-  return {order.indices().begin(), order.indices().end()};
-}
+// Entries of the factor: below, a second ordering costs more than it saves.
+constexpr std::size_t kDissectFrom = 20'000'000;
 
 /// Liu's algorithm with path compression, in the order given.
 std::vector<int> elimination_tree(const SparseRows& A, const std::vector<int>& old_of_new,
@@ -194,7 +185,7 @@ void assign_targets(SupernodalStructure& s) {
 
 }  // namespace
 
-SupernodalStructure analyse_supernodes(const SparseRows& A) {
+SupernodalStructure analyse_supernodes(const SparseRows& A, std::vector<int> order) {
   SupernodalStructure s;
   const auto n = static_cast<std::size_t>(A.rows());
   const auto invert = [&] {
@@ -203,21 +194,21 @@ SupernodalStructure analyse_supernodes(const SparseRows& A) {
       s.new_of_old[static_cast<std::size_t>(s.old_of_new[i])] = static_cast<int>(i);
     }
   };
-  s.old_of_new = minimum_degree(A);
+  s.old_of_new = std::move(order);
   invert();
   std::vector<int> parent = elimination_tree(A, s.old_of_new, s.new_of_old);
-  const std::vector<int> order = postorder(parent);
+  const std::vector<int> post = postorder(parent);
   std::vector<int> place(n), ordered(n);
   for (std::size_t i = 0; i < n; ++i)
-    place[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
+    place[static_cast<std::size_t>(post[i])] = static_cast<int>(i);
   for (std::size_t i = 0; i < n; ++i) {
-    ordered[i] = s.old_of_new[static_cast<std::size_t>(order[i])];
+    ordered[i] = s.old_of_new[static_cast<std::size_t>(post[i])];
   }
   s.old_of_new = std::move(ordered);
   invert();
   std::vector<int> moved(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const int p = parent[static_cast<std::size_t>(order[i])];
+    const int p = parent[static_cast<std::size_t>(post[i])];
     moved[i] = p < 0 ? -1 : place[static_cast<std::size_t>(p)];
   }
   parent = std::move(moved);
@@ -258,6 +249,15 @@ SupernodalStructure analyse_supernodes(const SparseRows& A) {
   split_work(s);
   assign_targets(s);
   return s;
+}
+
+SupernodalStructure analyse_supernodes(const SparseRows& A) {
+  SupernodalStructure s = analyse_supernodes(A, minimum_degree_order(A));
+  if (s.values < kDissectFrom) return s;
+  std::vector<int> order = nested_dissection_order(A);
+  if (order.empty()) return s;
+  SupernodalStructure other = analyse_supernodes(A, std::move(order));
+  return other.values < s.values ? other : s;
 }
 
 }  // namespace skinfield

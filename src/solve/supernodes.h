@@ -31,8 +31,11 @@ struct SupernodalStructure {
   std::size_t values = 0;  ///< entries of all panels
 };
 
-/// A: symmetric pattern, both triangles stored. Approximate minimum degree ordering (Eigen's),
-/// supernodes relaxed as in Ashcraft and Grimes 1989.
+/// A: symmetric pattern, both triangles stored. Supernodes relaxed as in Ashcraft and Grimes 1989.
+/// order: A's rows, first eliminated first.
+SupernodalStructure analyse_supernodes(const SparseRows& A, std::vector<int> order);
+/// The order with the smaller factor: minimum degree, or nested dissection where the factor is so
+/// large that the search pays.
 SupernodalStructure analyse_supernodes(const SparseRows& A);
 
 }  // namespace skinfield
