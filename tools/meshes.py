@@ -4,25 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-
-def read(path):
-    """Vertices and tetrahedra (from 0) of a MEDIT file in text."""
-    words = Path(path).read_text().split()
-    at, V, T = 0, None, None
-    while at < len(words):
-        if words[at] == "Vertices":
-            n = int(words[at + 1])
-            V = np.array(words[at + 2:at + 2 + 4 * n], float).reshape(n, 4)[:, :3]
-            at += 2 + 4 * n
-        elif words[at] == "Tetrahedra":
-            n = int(words[at + 1])
-            T = np.array(words[at + 2:at + 2 + 5 * n], int).reshape(n, 5)[:, :4] - 1
-            at += 2 + 5 * n
-        elif words[at] == "Triangles":
-            at += 2 + 4 * int(words[at + 1])
-        else:
-            at += 1
-    return V, T
+import judge
 
 
 def write(path, V, T):
@@ -52,13 +34,16 @@ def refined(V, T):
     return V, T
 
 
-def read_tgf(path):
-    """Joint positions and bones (from 0)."""
-    vertices, _, edges = Path(path).read_text().partition("#")
-    V = [[float(x) for x in line.split()[1:4]] for line in vertices.splitlines() if line.split()]
-    E = [[int(x) - 1 for x in line.split()[:2]]
-         for line in edges.replace("#", "").splitlines() if line.split()]
-    return V, E
+def refined_surface(V, F):
+    """Every triangle in four."""
+    ends = np.array([(0, 1), (1, 2), (2, 0)])
+    edges, which = np.unique(np.sort(F[:, ends].reshape(-1, 2), axis=1), axis=0,
+                             return_inverse=True)
+    a, b, c = F.T
+    ab, bc, ca = (which.reshape(-1, 3) + len(V)).T
+    V = np.vstack([V, (V[edges[:, 0]] + V[edges[:, 1]]) / 2])
+    F = np.vstack([np.stack(t, 1) for t in ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))])
+    return V, F
 
 
 def write_tgf(path, V, E):
@@ -70,7 +55,7 @@ def write_tgf(path, V, E):
 
 def first_bones(source, count, path):
     """The first bones of a skeleton and their joints."""
-    V, E = read_tgf(source)
+    V, E = judge.read_tgf(source)
     E = E[:count]
     used = sorted({joint for bone in E for joint in bone})
     return write_tgf(path, [V[j] for j in used],
@@ -79,8 +64,8 @@ def first_bones(source, count, path):
 
 def split_bones(source, parts, path):
     """Every bone in so many equal ones."""
-    V, E = read_tgf(source)
-    bones = []
+    V, E = judge.read_tgf(source)
+    V, bones = V.tolist(), []
     for a, b in E:
         chain = [a]
         for k in range(1, parts):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Exact bounded biharmonic weights on meshes, solver by solver: docs/results-exact.md.
 
-    results_exact.py [--program P] [--data D] [--only GLOB] [--nodes N]
+    results_exact.py [--program P] [--data D] [--only GLOB] [--nodes N] [--sections S,S]
 
 In the style of table 1 of the convex-duality paper: size, handles, seconds and energy of the primal
 solver, of the dual at two gaps, of decoupled weights and of 8 iterations of active sets without
@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import judge
+import meshes
 from results import ROOT, at, last_line, machine, run
 from results_page import escape, number, table
 
@@ -31,6 +32,9 @@ SOLVERS = {
     "dual": ["--method", "bbw", "--solver", "dual", "--tolerance", str(GAPS[0])],
     "dual-tight": ["--method", "bbw", "--solver", "dual", "--tolerance", str(GAPS[1])],
     "decoupled": ["--method", "bbw-decoupled", "--tolerance", "1e-4"],
+    "unboxed": ["--method", "bbw-decoupled", "--solver", "dual-unboxed", "--tolerance",
+                str(GAPS[1])],
+    "boxed": ["--method", "bbw-decoupled", "--solver", "dual", "--tolerance", str(GAPS[1])],
     "active-8": ["--method", "bbw-decoupled", "--solver", "active-set", "--iterations", "8"],
 }
 OTHERS = {
@@ -165,33 +169,6 @@ def convergence(history, path):
     return True
 
 
-def refined(V, T):
-    """Every tetrahedron cut into eight at its edges' middles (Bey 1995)."""
-    pairs = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
-    edges = np.sort(T[:, pairs].reshape(-1, 2), axis=1)
-    unique, inverse = np.unique(edges, axis=0, return_inverse=True)
-    m = (len(V) + inverse.reshape(-1, 6)).T
-    a, b, c, d = T.T
-    ab, ac, ad, bc, bd, cd = m
-    parts = [(a, ab, ac, ad), (ab, b, bc, bd), (ac, bc, c, cd), (ad, bd, cd, d),
-             (ab, ac, ad, bd), (ab, ac, bc, bd), (ac, ad, bd, cd), (ac, bc, bd, cd)]
-    fine = np.concatenate([np.stack(p, axis=1) for p in parts])
-    W = np.concatenate([V, V[unique].mean(axis=1)])
-    x = W[fine]
-    flipped = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
-    fine[flipped] = fine[flipped][:, [0, 1, 3, 2]]
-    return W, fine
-
-
-def write_medit(path, V, T):
-    with open(path, "w") as out:
-        out.write(f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(V)}\n")
-        np.savetxt(out, np.column_stack([V, np.zeros(len(V))]), fmt="%.17g %.17g %.17g %d")
-        out.write(f"Tetrahedra\n{len(T)}\n")
-        np.savetxt(out, np.column_stack([T + 1, np.zeros(len(T), int)]), fmt="%d")
-        out.write("End\n")
-
-
 def referee(options):
     """TV of the point domain to exact weights on tetrahedra refined 1:8, beside the tetrahedra
     themselves: over the vertices of their surface."""
@@ -209,7 +186,7 @@ def referee(options):
             continue
         V, T = judge.read_medit(mesh)
         fine = options.out / f"{name}-fine.mesh"
-        write_medit(fine, *refined(V, T))
+        meshes.write(fine, *meshes.refined(V, T))
         surface = np.unique(judge.boundary(T))
         handles = ["--skeleton", skeleton]
         reference = solve(options, fine, handles, ["--tolerance", "1e-4"], f"referee-{name}-fine")
@@ -232,6 +209,55 @@ def referee(options):
     return rows
 
 
+def costs(options):
+    """CPU seconds and memory of the primal solver against vertices (the penguin, 15 bones) and
+    against bones (the hand, 20,000 vertices, every bone split)."""
+    fem, surface, out = options.data / "fem", options.data / "surface", options.out
+    def row(mesh, skeleton, nodes, kind):
+        tets = out / "cost.mesh"
+        made = run([options.program, "tetrahedralise", mesh, "--skeleton", skeleton, "--nodes",
+                    nodes, "-o", tets, "--quiet"])
+        if made["code"] != 0:
+            return dict(kind=kind, failure=last_line(made["err"]))
+        return dict(kind=kind, **solve(options, tets, ["--skeleton", skeleton], [], "cost"))
+    bones = meshes.first_bones(surface / "penguin.tgf", 15, out / "penguin-15.tgf")
+    rows = [row(surface / "penguin.obj", bones, n, "vertices")
+            for n in (2000, 6000, 15000, 40000, 80000, 150000)]
+    hand = out / "hand.obj"
+    judge.hand_surface(options.data, hand)
+    for parts in (1, 2, 4):
+        split = meshes.split_bones(fem / "hand.tgf", parts, out / f"hand-{parts}.tgf")
+        rows.append(row(hand, split, 20000, "bones"))
+    few = meshes.first_bones(fem / "hand.tgf", 5, out / "hand-5.tgf")
+    rows.append(row(hand, few, 20000, "bones"))
+    return rows
+
+
+def plotted_costs(rows, path):
+    """CPU seconds against vertices and against bones, as a picture."""
+    try:
+        import matplotlib
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+    except ImportError:
+        return False
+    figure, panels = pyplot.subplots(1, 2, figsize=(10, 3.6))
+    for axes, kind, key in zip(panels, ("vertices", "bones"), ("nodes", "handles")):
+        points = sorted((r[key], r["cpu"]) for r in rows
+                        if r["kind"] == kind and "failure" not in r)
+        if points:
+            x, y = np.array(points, float).T
+            axes.loglog(x, y, "o-", label="measured")
+            axes.loglog(x, y[0] * x / x[0], "--", label="linear")
+        axes.set_xlabel(kind)
+        axes.set_ylabel("CPU seconds")
+        axes.legend()
+        axes.grid(alpha=0.3, which="both")
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    return True
+
+
 def page(results):
     text = ["# Exact weights on meshes\n",
             f"Made by `make results` on {results['machine']}. Seconds are CPU seconds of the solve "
@@ -245,7 +271,7 @@ def page(results):
     head = ["case", "nodes", "handles", "primal s", "energy", "gap", "dual s", "energy", "tight s",
             "energy", "decoupled s", "energy", "8 active s", "energy"]
     cells, broken = [], []
-    for row in results["table"]:
+    for row in results.get("table", []):
         s = row["solvers"]
         first = s.get("primal", {})
         if "failure" in row or "failure" in first:
@@ -254,6 +280,8 @@ def page(results):
             continue
         line = [row["name"], number(first["nodes"], "{:,}"), first["columns"]]
         for key in SOLVERS:
+            if key in ("boxed", "unboxed"):
+                continue
             one = s[key]
             if "failure" in one:
                 line += ["failed", ""] + ([""] if key == "primal" else [])
@@ -275,7 +303,7 @@ def page(results):
     text.append("Energy over that of bbw; in brackets the spurious local extrema (tolerance 1e-4) "
                 "over the mesh's own edges.\n")
     cells = []
-    for row in results["table"]:
+    for row in results.get("table", []):
         s = row["solvers"]
         if "energy" not in s.get("primal", {}):
             continue
@@ -288,6 +316,23 @@ def page(results):
         cells.append([row["name"], f"1 ({s['primal']['extrema']})", ratio("decoupled")] +
                      [ratio(k) for k in OTHERS])
     text.append(table(["case", "bbw", "decoupled"] + list(OTHERS), cells))
+    text.append("## Decoupled weights with and without W <= 1\n")
+    text.append("By the dual of decoupled weights (the paper's appendix A), to a certified gap of "
+                f"{GAPS[1]:g}. Energies are those of the normalised weights, over the coupled "
+                "optimum's.\n")
+    cells = []
+    for row in results.get("table", []):
+        s = row["solvers"]
+        if "energy" not in s.get("primal", {}) or not s["primal"]["energy"]:
+            continue
+        cells.append([row["name"]])
+        for key in ("boxed", "unboxed"):
+            one = s.get(key, {})
+            cells[-1] += [number(one.get("cpu"), "{:.2f}"), number(one.get("iterations"), "{}"),
+                          "failed" if one.get("energy") is None
+                          else f"{one['energy'] / s['primal']['energy']:.4g}"]
+    text.append(table(["case", "boxed s", "iterations", "energy", "unboxed s", "iterations",
+                       "energy"], cells))
     text.append("## The hand, by an independent judge\n")
     text.append("Optimum 13288.1427. The last columns are distances to the first row's weights.\n")
     text.append(table(["solver", "CPU s", "energy, judged", "gap", "KKT", "row error", "negative",
@@ -299,7 +344,7 @@ def page(results):
                         number(at(r, "judge", "negative"), "{}"),
                         number(at(r, "judge", "difference_mean"), "{:.1e}"),
                         number(at(r, "judge", "difference_max"), "{:.1e}")]
-                       for r in results["judged"]]))
+                       for r in results.get("judged", [])]))
     text.append("## Points refereed by tetrahedra\n")
     text.append("TV over the surface's vertices (mean / 95% / largest) to exact weights on the "
                 "tetrahedra refined 1:8, of the point domain and of the tetrahedra unrefined.\n")
@@ -313,7 +358,19 @@ def page(results):
                        [r["name"], f"{r['vertices']:,}", f"{r['fine']:,}",
                         number(r["cpu"], "{:.1f}"), three(r.get("points_8k")),
                         three(r.get("points_16k")), three(r.get("tets"))]
-                       for r in results["referee"]]))
+                       for r in results.get("referee", [])]))
+    if results.get("cost"):
+        text.append("## Cost\n")
+        text.append("The primal solver at its default tolerance: a penguin with 15 bones filled "
+                    "with ever more vertices, and the hand at 20,000 vertices with bones split.\n")
+        text.append(table(["against", "vertices", "bones", "CPU s", "iterations", "peak MB"],
+                          [[r["kind"], "**failed**: " + escape(r["failure"]), "", "", "", ""]
+                           if "failure" in r else
+                           [r["kind"], f"{r['nodes']:,}", r["handles"], f"{r['cpu']:.2f}",
+                            r["iterations"], f"{r['peak'] / 2**20:.0f}"]
+                           for r in results["cost"]]))
+        if results.get("cost_picture"):
+            text.append(f"![cost]({results['cost_picture']})\n")
     if results.get("picture"):
         text.append("## Convergence of the dual\n")
         text.append("The alligator, 13 bones, to a certified gap of "
@@ -322,12 +379,34 @@ def page(results):
     return "\n".join(text)
 
 
+def solved_cases(options):
+    rows = []
+    for name, mesh, handles in cases(options):
+        if not fnmatch.fnmatch(name, options.only):
+            continue
+        row = dict(name=name, solvers={})
+        rows.append(row)
+        if mesh is None:
+            row["failure"] = "no tetrahedra"
+            continue
+        for key, more in (SOLVERS | OTHERS).items():
+            stem = "case"
+            if name == "alligator.obj" and key == "dual-tight":
+                stem = "dual-history"
+            row["solvers"][key] = solve(options, mesh, handles, more, stem)
+        print(f"{name}: " + ", ".join(key + " " + (number(one.get("cpu"), "{:.2f}") or "failed")
+                                      for key, one in row["solvers"].items()),
+              file=sys.stderr, flush=True)
+    return rows
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
     parser.add_argument("--data", type=Path, default=Path(
         os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
     parser.add_argument("--only", default="*", metavar="GLOB")
+    parser.add_argument("--sections", default="table,judged,referee,cost")
     parser.add_argument("--nodes", type=int, default=8000, help="of surfaces made into tets")
     parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "exact")
@@ -337,30 +416,25 @@ def main():
     if not options.data.exists():
         sys.exit(f"results_exact: no shared data at {options.data} (set SKINFIELD_DATA)")
     options.out.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for k, (name, mesh, handles) in enumerate(cases(options)):
-        if not fnmatch.fnmatch(name, options.only):
-            continue
-        row = dict(name=name, solvers={})
-        rows.append(row)
-        if mesh is None:
-            row["failure"] = "no tetrahedra"
-            continue
-        for key, more in (SOLVERS | OTHERS).items():
-            row["solvers"][key] = solve(options, mesh, handles, more, f"case{k}-{key}")
-        print(f"{name}: " + ", ".join(key + " " + (number(one.get("cpu"), "{:.2f}") or "failed")
-                                      for key, one in row["solvers"].items()),
-              file=sys.stderr, flush=True)
-    results = dict(machine=machine(), note=options.note, table=rows, judged=evaluated(options),
-                   referee=referee(options))
-    for k, row in enumerate(rows):
-        report = options.out / f"case{k}-dual-tight.report.json"
-        if row["name"] == "alligator.obj" and report.exists():
-            history = at(json.loads(report.read_text()), "solve", "history")
-            picture = options.document.parent / "results-dual-convergence.png"
-            if history and convergence(history, picture):
-                results["picture"] = picture.name
-    (options.out / "results.json").write_text(json.dumps(results, indent=1))
+    # Earlier sections stay, so that one can be renewed alone.
+    store = options.out / "results.json"
+    results = json.loads(store.read_text()) if store.exists() else {}
+    results.update(machine=machine(), note=options.note)
+    sections = options.sections.split(",")
+    if "table" in sections:
+        results["table"] = solved_cases(options)
+        report = options.out / "dual-history.report.json"
+        history = at(json.loads(report.read_text()), "solve", "history") if report.exists() else None
+        picture = options.document.parent / "results-dual-convergence.png"
+        if history and convergence(history, picture):
+            results["picture"] = picture.name
+    for name, section in (("judged", evaluated), ("referee", referee), ("cost", costs)):
+        if name in sections:
+            results[name] = section(options)
+    picture = options.document.parent / "results-exact-cost.png"
+    if "cost" in sections and plotted_costs(results["cost"], picture):
+        results["cost_picture"] = picture.name
+    store.write_text(json.dumps(results, indent=1))
     options.document.write_text(page(results))
     print(f"results: wrote {options.document}")
 

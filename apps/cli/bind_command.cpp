@@ -83,9 +83,9 @@ std::string solver_help() {
 }
 
 std::string tolerance_help() {
-  return "When to stop: primal, coupled, decoupled [1e-3]: no weight changes by more; dual [1e-4] "
-         "and "
-         "active-set [1e-9]: the certified gap; quasi-harmonic [1e-4]: a round saves less";
+  return "When to stop: primal, coupled, decoupled [1e-3]: no weight changes by more; dual, "
+         "dual-unboxed [1e-4] and active-set [1e-9]: the certified gap; quasi-harmonic [1e-4]: a "
+         "round saves less";
 }
 
 /// Options that the method has no use for are refused, not ignored.
@@ -248,6 +248,19 @@ BindResult bind_naming_file(const std::string& path, const Character& character,
   }
 }
 
+/// Options that this shape turned out to have no use for are named.
+void warn_of_unused(const Options& o, const BindReport& r) {
+  const auto warn_if = [&](bool unused, const char* name, const char* why) {
+    if (unused && o.given.contains(name)) warn(fmt::format("{} has no effect: {}", name, why));
+  };
+  const bool tets = !r.tet_route.empty();
+  const bool given = r.tet_route == "given" || r.tet_route == "split";
+  warn_if(tets || r.rung == Rung::surface, "--seed",
+          "nothing is random on tetrahedra or triangles");
+  for (const char* name : {"--nodes", "--quality"})
+    warn_if(given, name, "the input's own tetrahedra are the nodes");
+}
+
 /// One line about a character that was bound.
 std::string summary(const std::string& name, const BindReport& r, const BindOptions& options) {
   const MethodFacts& facts = facts_of(options.method);
@@ -324,6 +337,7 @@ void run(const Options& o, const Common& common) {
     BindResult result = bind_naming_file(o.input, character, options, progress);
     for (const std::string& w : result.report.warnings) warn(w);
     const BindReport& r = result.report;
+    warn_of_unused(o, r);
     notes.push_back(summary(character.name.empty() ? o.input : character.name, r, options));
     if (common.verbose)
       for (const auto& [stage, seconds] : r.seconds)

@@ -12,6 +12,8 @@ std::string_view name_of(Solver solver) {
       return "primal";
     case Solver::dual:
       return "dual";
+    case Solver::dual_unboxed:
+      return "dual-unboxed";
     case Solver::active_set:
       return "active-set";
     case Solver::coupled:
@@ -49,6 +51,7 @@ std::span<const MethodFacts> methods() {
        .starts = true,
        .solvers = {{Solver::primal, change, 1e-3, 500},
                    {Solver::dual, gap, 1e-4, 20000},
+                   {Solver::dual_unboxed, gap, 1e-4, 20000},
                    {Solver::active_set, "", 0, 8}}},
       {.method = Method::monotonic,
        .name = "monotonic",

@@ -110,14 +110,16 @@ MethodSolution solve_decoupled(const SolvedDomain& solved, const Conditions& con
                                const BindOptions& options, const Progress& progress) {
   BoundedBiharmonicOptions common = bounded_options(solved, conditions, options);
   DecoupledBiharmonicOptions method;
-  method.solver = options.solver == Solver::dual         ? DecoupledSolver::dual
-                  : options.solver == Solver::active_set ? DecoupledSolver::active_set
-                                                         : DecoupledSolver::primal;
+  const bool boxed = options.solver != Solver::dual_unboxed;
+  method.solver = options.solver == Solver::dual || !boxed ? DecoupledSolver::dual
+                  : options.solver == Solver::active_set   ? DecoupledSolver::active_set
+                                                           : DecoupledSolver::primal;
   method.tolerance = common.tolerance;
   method.max_iterations = common.max_iterations;
   method.active_iterations = common.max_iterations;
   method.time_limit_s = options.time_limit_s;
   method.dual = dual_options(options);
+  method.dual.upper_bound = boxed;
   method.start = std::move(common.start);
   method.locked = std::move(common.locked);
   method.paint = std::move(common.paint);

@@ -62,7 +62,7 @@ SimplexSolution solve(const SimplexProblem& program, RowMatrix start,
                       const DecoupledBiharmonicOptions& options, const Progress& progress,
                       std::vector<DualRecord>& history) {
   if (options.solver == DecoupledSolver::active_set) {
-    return solve_box_active_set(program, options.active_iterations, progress);
+    return solve_box_active_set(program, options.active_iterations, options.time_limit_s, progress);
   }
   if (options.solver == DecoupledSolver::dual) {
     DualOptions dual = options.dual;

@@ -6,6 +6,7 @@
 #include "solve/free_rows.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -100,7 +101,12 @@ class Column {
 }  // namespace
 
 SimplexSolution solve_box_active_set(const SimplexProblem& problem, int iterations,
-                                     const Progress& progress) {
+                                     double time_limit_s, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto late = [&] {
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    return time_limit_s > 0 && spent.count() > time_limit_s;
+  };
   const FreeRows free(problem);
   if (!free.boxes() || !free.unrestricted()) {
     throw SolveError("the rows are not boxes, or have supports", "box active set");
@@ -117,7 +123,7 @@ SimplexSolution solve_box_active_set(const SimplexProblem& problem, int iteratio
   parallel_for(columns, 1, [&](std::size_t c) {
     const auto j = static_cast<Eigen::Index>(c);
     Column column(free, j, X.col(j));
-    while (used[c] < iterations && !settled[c]) {
+    while (used[c] < iterations && !settled[c] && !late()) {
       progress.check();
       settled[c] = !column.iterate();
       used[c] += !settled[c];

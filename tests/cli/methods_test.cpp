@@ -93,11 +93,22 @@ TEST(Methods, SolversAgreeAndTheOthersHaveMoreEnergy) {
   for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
            {"--method", "bbw-decoupled"},
            {"--method", "bbw-decoupled", "--solver", "dual"},
+           {"--method", "bbw-decoupled", "--solver", "dual-unboxed"},
            {"--method", "bbw-decoupled", "--solver", "active-set"},
            {"--method", "monotonic"},
            {"--method", "monotonic", "--solver", "decoupled"},
            {"--method", "quasi-harmonic"}})
     EXPECT_GE(bound(more).second, energy * (1 - 1e-6)) << more.back();
+}
+
+TEST(Methods, OptionsWithoutUseOnThisShapeAreNamed) {
+  const BoxFolder folder;
+  expect_runs(folder, {"tetrahedralise", "box.obj", "--skeleton", "box.tgf", "--nodes", "200", "-o",
+                       "box.mesh", "--quiet"});
+  const auto bound = expect_runs(folder, {"bind", "box.mesh", "--skeleton", "box.tgf", "--nodes",
+                                          "300", "--seed", "2", "-o", "w.npz", "--quiet"});
+  EXPECT_NE(bound.err.find("--nodes has no effect"), std::string::npos) << bound.err;
+  EXPECT_NE(bound.err.find("--seed has no effect"), std::string::npos) << bound.err;
 }
 
 TEST(Methods, HistoryOfTheDualIsInTheReport) {

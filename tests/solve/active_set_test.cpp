@@ -99,6 +99,9 @@ TEST(BoxActiveSet, SettlesAtTheOptimum) {
 
 TEST(BoxActiveSet, FewIterationsAreValidButNotOptimal) {
   const SimplexProblem p = boxes(8, 4);
+  const SimplexSolution late = solve_box_active_set(p, 100, 1e-9);
+  EXPECT_EQ(late.stats.status, SolveStats::Status::limit);
+  EXPECT_EQ(late.stats.iterations, 0);
   const SimplexSolution few = solve_box_active_set(p, 1);
   EXPECT_EQ(few.stats.status, SolveStats::Status::limit);
   EXPECT_EQ(few.stats.iterations, 1);

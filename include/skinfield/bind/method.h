@@ -19,13 +19,15 @@ enum class Method {
   bone_heat
 };
 
-/// A method's own choices of how it is solved; automatic is its first. coupled and decoupled are
+/// A method's own choices of how it is solved; automatic is its first. dual_unboxed leaves W <= 1
+/// out of decoupled weights, for the comparison of the dual's paper. coupled and decoupled are
 /// those of monotonic weights: partition of unity inside the problem, or columns one by one;
 /// convex, adam and adam_pool those of geometric fields.
 enum class Solver {
   automatic,
   primal,
   dual,
+  dual_unboxed,
   active_set,
   coupled,
   decoupled,

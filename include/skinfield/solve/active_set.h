@@ -31,8 +31,9 @@ SimplexSolution solve_simplex_active_set(const SimplexProblem& problem,
 /// let go what has a multiplier of the wrong sign, at most `iterations` times whether that has
 /// settled or not, and clamp. Every iteration factors the energy on the free nodes anew.
 /// problem.row_set must be RowSet::box, without supports. status: limit where sets still changed.
+/// time_limit_s: no column begins another iteration after that; 0: none.
 /// @throws SolveError as solve_simplex_qp.
 SimplexSolution solve_box_active_set(const SimplexProblem& problem, int iterations = 8,
-                                     const Progress& progress = {});
+                                     double time_limit_s = 0, const Progress& progress = {});
 
 }  // namespace skinfield
