@@ -209,6 +209,47 @@ def referee(options):
     return rows
 
 
+def unity(options):
+    """What leaving partition of unity out of the problem changes, on the alligator."""
+    planar = options.data / "planar"
+    rows = []
+    for label, stem in (("bones", "alligator"), ("points", "alligator-points")):
+        W = []
+        for method in ("bbw", "bbw-decoupled"):
+            name = f"unity-{stem}-{method}"
+            one = solve(options, planar / "alligator.obj", ["--skeleton", planar / f"{stem}.tgf"],
+                        ["--method", method, "--tolerance", "1e-5"], name)
+            if "failure" in one:
+                return []
+            W.append(judge.read_npz(options.out / f"{name}.npz"))
+        d = np.abs(W[0] - W[1]).max(axis=1)
+        rows.append(dict(label=label, difference=d.tolist()))
+    return rows
+
+
+def plotted_unity(rows, options, path):
+    try:
+        import matplotlib
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+    except ImportError:
+        return False
+    if not rows:
+        return False
+    V, F = judge.read_obj(options.data / "planar" / "alligator.obj")
+    figure, panels = pyplot.subplots(1, 2, figsize=(11, 3.4))
+    for axes, row in zip(panels, rows):
+        drawn = axes.tripcolor(V[:, 0], V[:, 1], F, np.array(row["difference"]), shading="gouraud",
+                               cmap="viridis")
+        figure.colorbar(drawn, ax=axes)
+        axes.set_aspect("equal")
+        axes.axis("off")
+        axes.set_title(f"{row['label']}: largest difference {max(row['difference']):.3f}")
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    return True
+
+
 def costs(options):
     """CPU seconds and memory of the primal solver against vertices (the penguin, 15 bones) and
     against bones (the hand, 20,000 vertices, every bone split)."""
@@ -333,6 +374,10 @@ def page(results):
                           else f"{one['energy'] / s['primal']['energy']:.4g}"]
     text.append(table(["case", "boxed s", "iterations", "energy", "unboxed s", "iterations",
                        "energy"], cells))
+    if results.get("unity_picture"):
+        text.append("Largest difference of a vertex's weights that leaving partition of unity out "
+                    "makes, after normalising:\n")
+        text.append(f"![difference]({results['unity_picture']})\n")
     text.append("## The hand, by an independent judge\n")
     text.append("Optimum 13288.1427. The last columns are distances to the first row's weights.\n")
     text.append(table(["solver", "CPU s", "energy, judged", "gap", "KKT", "row error", "negative",
@@ -406,7 +451,7 @@ def main():
     parser.add_argument("--data", type=Path, default=Path(
         os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
     parser.add_argument("--only", default="*", metavar="GLOB")
-    parser.add_argument("--sections", default="table,judged,referee,cost")
+    parser.add_argument("--sections", default="table,judged,referee,unity,cost")
     parser.add_argument("--nodes", type=int, default=8000, help="of surfaces made into tets")
     parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "exact")
@@ -428,12 +473,15 @@ def main():
         picture = options.document.parent / "results-dual-convergence.png"
         if history and convergence(history, picture):
             results["picture"] = picture.name
-    for name, section in (("judged", evaluated), ("referee", referee), ("cost", costs)):
+    for name, section in (("judged", evaluated), ("referee", referee), ("unity", unity), ("cost", costs)):
         if name in sections:
             results[name] = section(options)
     picture = options.document.parent / "results-exact-cost.png"
     if "cost" in sections and plotted_costs(results["cost"], picture):
         results["cost_picture"] = picture.name
+    picture = options.document.parent / "results-exact-unity.png"
+    if "unity" in sections and plotted_unity(results["unity"], options, picture):
+        results["unity_picture"] = picture.name
     store.write_text(json.dumps(results, indent=1))
     options.document.write_text(page(results))
     print(f"results: wrote {options.document}")

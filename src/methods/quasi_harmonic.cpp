@@ -155,7 +155,8 @@ QuasiHarmonicObjective::State optimise(QuasiHarmonicObjective& objective,
     const bool round_ends = k > 0 && k % options.round == 0;
     if (round_ends) {
       const double last = result.history[static_cast<std::size_t>(k - options.round)];
-      if (options.tolerance > 0 && last - energy <= options.tolerance * energy) {
+      // A round that made it worse says nothing: the next one takes smaller steps.
+      if (options.tolerance > 0 && std::abs(last - energy) <= options.tolerance * energy) {
         stats.status = SolveStats::Status::converged;
       }
       stats.largest_change = (objective.state().weights - round_begin).cwiseAbs().maxCoeff();

@@ -224,6 +224,26 @@ TEST(QuasiHarmonic, LiesBetweenExactAndHarmonic) {
   }
 }
 
+/// Held at its end faces; the first round's steps are too long for it.
+TEST(QuasiHarmonic, GoesOnAfterARoundThatMadeItWorse) {
+  constexpr int kLength = 40, kWidth = 4;
+  Case brick;
+  brick.mesh = skinfield_test::box_tets(kLength, kWidth, kWidth, 1.0 / kLength);
+  brick.M = barycentric_mass(brick.mesh.V, brick.mesh.T);
+  constexpr int kFace = (kWidth + 1) * (kWidth + 1);
+  brick.fixed.weights = RowMatrix::Zero(2 * kFace, 2);
+  for (int side = 0; side < 2; ++side) {
+    for (int v = 0; v < kFace; ++v) {
+      brick.fixed.weights(static_cast<Eigen::Index>(brick.fixed.node.size()), side) = 1;
+      brick.fixed.node.push_back(side * kLength * kFace + v);
+    }
+  }
+  const QuasiHarmonicResult result = brick.solve();
+  ASSERT_EQ(result.history.size(), 25u);
+  EXPECT_GT(result.history[4], result.history[0]);
+  EXPECT_LT(result.stats.energy, 0.7 * result.history[0]);
+}
+
 TEST(QuasiHarmonic, NoExtremaOnADelaunayGrid) {
   const Case grid = grid_case(24);
   const QuasiHarmonicResult result = grid.solve();

@@ -28,7 +28,7 @@ struct QuasiHarmonicOptions {
   int max_iterations = 24;  ///< steps of the customised Adam; the paper takes 10 or 20
   double rate = 0.1;        ///< of the first round
   int round = 4;            ///< steps until the rate halves and the moments are reset
-  /// Stops after a round that lowered the energy by less than this share; 0: never.
+  /// Stops after a round that changed the energy by less than this share; 0: never.
   double tolerance = 1e-4;
   /// Projects to the simplex inside the objective. Without, weights can be mildly negative where
   /// the mesh is not Delaunay.
