@@ -24,7 +24,7 @@ struct Options {
   std::string input, output, method = "auto", solver = "auto", domain = "auto";
   std::string mass = "barycentric";
   std::string quality = "normal", symmetry = "off";
-  std::string paint, weights_in, lock, report, weights_out, boundary, save_field, resume;
+  std::string regions, paint, weights_in, lock, report, weights_out, boundary, save_field, resume;
   SkeletonOptions skeleton;
   int nodes = 0, iterations = 0, max_influences = -1;
   double tolerance = 0, time_limit = 0, prune = -1;
@@ -170,6 +170,7 @@ std::map<std::string, std::string> described(const Options& o, const BindOptions
                                          {"scale", fmt::format("{:g}", o.skeleton.scale)},
                                          {"skeleton", o.skeleton.skeleton},
                                          {"only", o.skeleton.only},
+                                         {"regions", o.regions},
                                          {"paint", o.paint},
                                          {"weights_in", o.weights_in},
                                          {"lock", o.lock}};
@@ -201,8 +202,18 @@ bool is_mass_file(const Options& o) { return o.mass != "barycentric" && o.mass !
 
 /// Do any of the files given hold rows of one character's vertices?
 bool for_one_character(const Options& o) {
-  return !o.paint.empty() || !o.weights_in.empty() || is_mass_file(o) || !o.resume.empty() ||
-         !o.save_field.empty();
+  return !o.regions.empty() || !o.paint.empty() || !o.weights_in.empty() || is_mass_file(o) ||
+         !o.resume.empty() || !o.save_field.empty();
+}
+
+/// Errors of the library name the character; the user knows it by its file.
+void read_regions(const std::string& path, Character& character) {
+  const SkinWeights regions = read_weights(path);
+  try {
+    add_regions(character, regions);
+  } catch (const InputError& error) {
+    throw InputError(error.message(), path, error.remedy());
+  }
 }
 
 /// Weights, paint, masses and locks given as files; they are for a single character.
@@ -235,7 +246,7 @@ void read_conditions(const Options& o, const Character& character, BindOptions& 
     throw UsageError("--lock " + o.lock + ": no handle has such a name");
 }
 
-/// Errors of the library name the character; the user knows it by its file.
+/// The same for the character's own file.
 BindResult bind_naming_file(const std::string& path, const Character& character,
                             const BindOptions& options, const Progress& progress) {
   try {
@@ -302,14 +313,14 @@ void run(const Options& o, const Common& common) {
     throw UsageError(o.save_field + ": --save-field writes .sfield");
   check_outputs({o.output, o.weights_out, o.report, o.save_field});
   const Progress progress = make_progress(common);
-  Asset asset = read_characters(o.input, o.skeleton, o.paint.empty());
+  Asset asset = read_characters(o.input, o.skeleton, o.paint.empty() && o.regions.empty());
   for (const std::string& w : asset.warnings) warn(w);
   const bool matrix = !is_gltf(o.output) || !o.weights_out.empty();
   if (asset.characters.size() > 1 && (matrix || for_one_character(o)))
     throw UsageError(
         o.input + ": the file holds " + std::to_string(asset.characters.size()) +
-        " characters, a matrix, paint, masses, fields or given weights only one (use --only "
-        "MESH)");
+        " characters, a matrix, regions, paint, masses, fields or given weights only one (use "
+        "--only MESH)");
 
   std::vector<SkinWeights> weights, gltf_weights;
   std::vector<BindReport> reports;
@@ -317,6 +328,7 @@ void run(const Options& o, const Common& common) {
   std::string field_file;
   for (Character& character : asset.characters) {
     BindOptions options = bind_options(o);
+    if (!o.regions.empty()) read_regions(o.regions, character);
     triangulate_outline(character, options.nodes, progress);
     read_conditions(o, character, options);
     if (!o.resume.empty())
@@ -396,6 +408,9 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--seed", o->seed, "Seed of the random numbers")
       ->check(number(0, 1e18))
       ->capture_default_str();
+  verb->add_option("--regions", o->regions,
+                   "Sets of vertices as handles, behind the bones: a matrix (.npz .npy .dmat .csv "
+                   ".mtx) with a column each, a row a vertex, 1 where it belongs, else 0");
   verb->add_option("--paint", o->paint, "Prescribed rows: NPZ (index, weights) or CSV");
   verb->add_option("--weights-in", o->weights_in, "Start from these weights");
   verb->add_option("--lock", o->lock, "Keep these handles' weights from --weights-in: GLOB");

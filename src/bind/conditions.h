@@ -29,6 +29,9 @@ std::vector<Handle> handles_of_paint(const Conditions& conditions, const SolvedD
 /// The painted rows on a surface's nodes.
 FixedRows paint_on_nodes(const Conditions& conditions, const Domain& domain);
 
+/// Vertices of regions belong to their handles exactly, those of k regions 1/k each.
+void apply_regions(const std::vector<Handle>& handles, RowMatrix& rows);
+
 /// Painted rows and locked columns hold exactly on the vertices they were given for.
 void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows);
 

@@ -201,8 +201,8 @@ Extension fresh_document(const Asset& source, std::span<const SkinWeights> weigh
     const int mesh_node = out.append_node(std::move(node));
     Json roots = Json::array({mesh_node});
     if (W.rows() > 0) {
-      const PlacedTree placed = place_tree(
-          out, make_joint_tree(character.skeleton, character.mesh, static_cast<int>(W.cols())));
+      const PlacedTree placed =
+          place_tree(out, make_joint_tree(character.skeleton, static_cast<int>(W.cols())));
       Json carrier = {{"attributes", std::move(attributes)}};
       set_weights(
           out, carrier,

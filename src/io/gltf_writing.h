@@ -64,7 +64,7 @@ struct JointTree {
 };
 /// glTF joints keep their tree; TGF bones become one joint each at their head, extra joints at leaf
 /// ends, points one joint each; handles without joints one joint each at their middle.
-JointTree make_joint_tree(const Skeleton& skeleton, const Mesh& mesh, int columns);
+JointTree make_joint_tree(const Skeleton& skeleton, int columns);
 
 /// Appends the nodes of a tree under a new root; gives the node of each of its joints. `root` is
 /// to be put into a scene.
