@@ -1,14 +1,12 @@
 #include "cli.h"
+#include "picturing.h"
 #include "posing.h"
 
 #include "skinfield/bind/triangulate.h"
-#include "skinfield/geometry/plane.h"
 #include "skinfield/render/render.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
-#include <numbers>
 
 namespace skinfield::cli {
 namespace {
@@ -16,7 +14,7 @@ namespace {
 struct Options {
   std::string input, output, kind = "auto", pose, weights, skinning = "lbs", bone;
   SkeletonOptions skeleton;
-  bool bones = false, turned = false;
+  bool bones = false;
   RenderOptions render;
 };
 
@@ -92,30 +90,13 @@ void append(const Asset& asset, int index, const Options& o, bool weights_needed
   scene.colours.bottomRows(c.mesh.F.rows()) = colours;
 }
 
-/// Flat shapes are seen from the front, without perspective.
-void look_at_plane(const Asset& asset, CameraOptions& camera) {
-  Points V(0, 3);
-  for (const Character& c : asset.characters) {
-    V.conservativeResize(V.rows() + c.mesh.V.rows(), 3);
-    V.bottomRows(c.mesh.V.rows()) = c.mesh.V;
-  }
-  if (V.rows() < 3) return;
-  const auto plane = plane_of(V, 1e-6 * diagonal(bounding_box(V)));
-  if (!plane) return;
-  const Vec3 n = turn_to_world(asset, 0) * plane->n;
-  constexpr double degree = std::numbers::pi / 180;
-  camera.pitch = std::asin(std::clamp(n.y(), -1.0, 1.0)) / degree;
-  camera.yaw = std::atan2(n.x(), n.z()) / degree;
-  camera.field_of_view = 0;
-}
-
-void run(Options o, const Common& common) {
+void run(Options o, const CLI::App& verb, const Common& common) {
   o.render.progress = make_progress(common);
   Asset asset = read_characters(o.input, o.skeleton, false);
   if (asset.characters.size() > 1 && !o.weights.empty())
     throw UsageError(o.input + ": the file holds several characters (use --only MESH)");
   for (Character& c : asset.characters) triangulate_outline(c, 0, o.render.progress);
-  if (!o.turned) look_at_plane(asset, o.render.camera);
+  look_at_plane(verb, asset, o.render.camera);
   std::string kind = o.kind;
   const bool has_weights = !o.weights.empty() || asset.characters.front().weights.has_value();
   if (kind == "auto")
@@ -164,27 +145,13 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
       ->capture_default_str();
   verb->add_option("--weights", o->weights, "Weight matrix, if the file has none");
   verb->add_flag("--bones", o->bones, "Draw the skeleton");
-  verb->add_option("--width", o->render.width, "Pixels")
-      ->check(number(16, 16384))
-      ->capture_default_str();
-  verb->add_option("--height", o->render.height, "Pixels")
-      ->check(number(16, 16384))
-      ->capture_default_str();
-  verb->add_option("--yaw", o->render.camera.yaw,
-                   "Degrees around the up axis (flat shapes are seen from the front)")
-      ->check(number(-1e6, 1e6))
-      ->capture_default_str();
-  verb->add_option("--pitch", o->render.camera.pitch, "Degrees downward")
-      ->check(number(-90, 90))
-      ->capture_default_str();
-  verb->add_option("--caption", o->render.caption, "A line of text at the lower border");
+  add_picture_options(*verb, o->render);
   o->skeleton.add_to(*verb);
   verbs.emplace_back(verb, [o, verb, &common] {
-    o->turned = verb->count("--yaw") + verb->count("--pitch") > 0;
     if (!std::string_view(o->output).ends_with(".png"))
       throw UsageError(o->output + ": pictures are written as .png");
     check_outputs({o->output});
-    run(*o, common);
+    run(*o, *verb, common);
   });
 }
 

@@ -78,9 +78,10 @@ PlacedTree place_tree(Extension& out, JointTree tree);
 int append_skin(Extension& out, const PlacedTree& placed, const Transform& to_character,
                 const std::string& name);
 
-/// A document for a source that has none.
+/// A document for a source that has none. colours: (n_input,3) a character instead of the parts'
+/// materials, or none.
 Extension fresh_document(const Asset& source, std::span<const SkinWeights> weights,
-                         const GltfWriteOptions& options);
+                         const GltfWriteOptions& options, std::span<const Points> colours = {});
 /// The source's document with new weights.
 Extension patched_document(const Asset& source, const GltfDocument& document,
                            std::span<const SkinWeights> weights, const GltfWriteOptions& options);

@@ -143,9 +143,7 @@ Image render_dominant(const Points& V, const Triangles& F, const SparseRows& W,
                       const RenderOptions& options) {
   require_drawable(V, F, options);
   require_rows(W.rows(), V, "the weight matrix");
-  const Points colours = dominant_colours(W);
-  const Picture picture(V, F, options, false);
-  return picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
+  return render_vertex_colours(V, F, dominant_colours(W), options);
 }
 
 Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows& W,
@@ -201,6 +199,14 @@ Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows
     draw_text(image, 2 * grid.gap, image.height - caption_height, line, ink, 2);
   }
   return image;
+}
+
+Image render_vertex_colours(const Points& V, const Triangles& F, const Points& colours,
+                            const RenderOptions& options) {
+  require_drawable(V, F, options);
+  require_rows(colours.rows(), V, "the colour table");
+  const Picture picture(V, F, options, false);
+  return picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
 }
 
 Image render_posed(const Points& V, const Triangles& F, const Points& colours,

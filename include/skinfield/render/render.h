@@ -63,6 +63,10 @@ Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows
                            const std::vector<std::string>& names, const RenderOptions& options = {},
                            const ContactSheetOptions& sheet = {});
 
+/// Linear RGB per vertex (n,3), between them interpolated.
+Image render_vertex_colours(const Points& V, const Triangles& F, const Points& colours,
+                            const RenderOptions& options = {});
+
 /// A shaded (posed) mesh. colours: linear RGB per face (f,3), per vertex (n,3), one row for all,
 /// or empty for a neutral grey; where f = n they are taken per face.
 Image render_posed(const Points& V, const Triangles& F, const Points& colours = {},
