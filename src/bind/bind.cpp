@@ -216,6 +216,7 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
     report.solve.energy *= scale;
     report.solve.lower_bound *= scale;
     report.history = std::move(weights.history);
+    result.tensors = std::move(weights.tensors);
     for (BindReport::Step& step : report.history) {
       step.energy *= scale;
       step.lower_bound *= scale;
