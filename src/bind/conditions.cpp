@@ -247,7 +247,7 @@ RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const SparseRows& 
 }
 
 std::int64_t mesh_extrema(const RowMatrix& rows, const Mesh& mesh) {
-  const Extrema extrema = local_extrema(sparse_weights(rows), mesh, 1e-4);
+  const Extrema extrema = local_extrema(sparse_weights(rows), mesh, extremum_tolerance);
   return extrema.maxima + extrema.minima;
 }
 

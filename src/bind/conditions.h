@@ -42,7 +42,8 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
 RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const SparseRows& P, int influences,
                                   const BoundedBiharmonicOptions& method, const Progress& progress);
 
-/// Spurious local extrema of the handles' weights over the mesh's edges, tolerance 1e-4.
+/// Spurious local extrema of the handles' weights over the mesh's edges, by more than
+/// extremum_tolerance.
 std::int64_t mesh_extrema(const RowMatrix& rows, const Mesh& mesh);
 
 }  // namespace skinfield

@@ -136,14 +136,20 @@ Image render_heat_map(const Points& V, const Triangles& F, const Vector& weight,
   require_drawable(V, F, options);
   require_rows(weight.rows(), V, "the weight column");
   const Picture picture(V, F, options, false);
-  return picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, true);
+  Image image = picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, true);
+  picture.draw_extrema(image, -1);
+  return image;
 }
 
 Image render_dominant(const Points& V, const Triangles& F, const SparseRows& W,
                       const RenderOptions& options) {
   require_drawable(V, F, options);
   require_rows(W.rows(), V, "the weight matrix");
-  return render_vertex_colours(V, F, dominant_colours(W), options);
+  const Points colours = dominant_colours(W);
+  const Picture picture(V, F, options, false);
+  Image image = picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
+  picture.draw_extrema(image, -1);
+  return image;
 }
 
 Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows& W,
@@ -184,15 +190,17 @@ Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows
   };
 
   const Points colours = dominant_colours(W);
-  place(0, picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true),
-        "all bones");
+  Image all = picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
+  picture.draw_extrema(all, -1);
+  place(0, all, "all bones");
   const Eigen::SparseMatrix<double> by_column = W;
   for (int j = 0; j < bones; ++j) {
     options.progress("contact sheet", static_cast<double>(j) / bones);
     const Vector weight = by_column.col(j);
     const std::string name = names.empty() ? std::to_string(j) : names[static_cast<std::size_t>(j)];
-    place(j + 1, picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, false),
-          name);
+    Image tile = picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, false);
+    picture.draw_extrema(tile, j);
+    place(j + 1, tile, name);
   }
   if (!options.caption.empty()) {
     const std::string line = shortened(options.caption, options.width - 4 * grid.gap, 2);

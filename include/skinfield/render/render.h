@@ -27,6 +27,13 @@ struct SkeletonOverlay {
 /// transforms from the bind pose to the pose: world * inverse bind.
 SkeletonOverlay skeleton_overlay(const Skeleton& skeleton, std::span<const Transform> columns = {});
 
+/// A local extremum of a weight column.
+struct ExtremumMark {
+  Vec3 position = Vec3::Zero();
+  int column = 0;
+  bool maximum = true;
+};
+
 struct RenderOptions {
   int width = 960, height = 720;
   int samples_per_side = 3;  ///< 1..4, squared: the samples a pixel
@@ -35,7 +42,10 @@ struct RenderOptions {
   double crease = 55;        ///< degrees between faces from which an edge looks sharp
   Points normals;            ///< (n,3) of a point cloud, or empty: discs face the viewer
   SkeletonOverlay skeleton;  ///< empty: none
-  std::string caption;       ///< a line at the lower border, or empty
+  /// In pictures of weights: maxima as light discs, minima as dark ones, rings where the body
+  /// hides them. A contact sheet has each in its column's tile, and all in the first.
+  std::vector<ExtremumMark> extrema;
+  std::string caption;  ///< a line at the lower border, or empty
   Progress progress;
 };
 
