@@ -62,12 +62,16 @@ bool holds_nodes(const SolvedDomain& solved, std::size_t handle) {
 void describe_handles(const SolvedDomain& solved, BindReport& report) {
   const std::vector<Handle>& handles = solved.scaled.handles;
   const InsideTest inside_shape = inside_test(solved);  // empty: nothing is
+  const bool volume = solved.points || solved.tets || (solved.tris && solved.tris->facts().planar);
   report.handles = static_cast<int>(handles.size());
   for (std::size_t h = 0; h < handles.size(); ++h) {
     const Handle& handle = handles[h];
     if (handle.kind == Handle::Kind::region) {
-      (holds_nodes(solved, h) ? report.handles_inside : report.handles_outside)
-          .push_back(handle.name);
+      const bool holds = holds_nodes(solved, h);
+      (holds ? report.handles_inside : report.handles_outside).push_back(handle.name);
+      if (!holds)
+        report.warnings.push_back("no node stands for region " + handle.name +
+                                  ": it has its own vertices at most");
       continue;
     }
     const Points X = probe_handles({handle}, 0.01);
@@ -78,6 +82,9 @@ void describe_handles(const SolvedDomain& solved, BindReport& report) {
                  : inside > 0                       ? report.handles_partly_inside
                                                     : report.handles_outside;
     list.push_back(handle.name);
+    if (inside == 0 && volume)
+      report.warnings.push_back("handle " + handle.name +
+                                " lies outside the shape and gets no weight");
   }
 }
 
@@ -195,9 +202,6 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
     describe_domain(*solved, report);
   }
   describe_handles(*solved, report);
-  for (const std::string& name : report.handles_outside)
-    if (solved->points || solved->tets || (solved->tris && solved->tris->facts().planar))
-      report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
 
   const Points normals = solved->points      ? solved->points->solid().normals()
                          : solved->field     ? solved->field->solid().normals()

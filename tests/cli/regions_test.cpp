@@ -105,6 +105,23 @@ TEST(Regions, StandBehindBonesAndBecomeJoints) {
   }
 }
 
+TEST(Regions, OffTheDomainHaveTheirOwnVerticesAtMost) {
+  const BoxFolder folder;
+  // A loose vertex behind the tetrahedra of a corner.
+  write_file(folder / "tet.mesh",
+             "MeshVersionFormatted 1\nDimension 3\nVertices 5\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 "
+             "0\n2 2 2 0\nTetrahedra 1\n1 2 3 4 0\nEnd\n");
+  write_file(folder / "regions.csv", "on,off\n1,0\n0,0\n0,0\n0,0\n0,1\n");
+  RunOptions options;
+  options.folder = folder.path().string();
+  const RunResult result =
+      run({"bind", "tet.mesh", "--regions", "regions.csv", "-o", "w.npz", "--json", "--quiet"},
+          options);
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(Json::parse(result.out)["input"]["handles_outside"], Json({"off"}));
+  EXPECT_NE(result.err.find("no node stands for region off"), std::string::npos) << result.err;
+}
+
 TEST(Regions, ThatMeanNothingAreRefused) {
   const RegionFolder folder;
   const auto refused = [&](const std::string& text, const std::vector<std::string>& words) {
