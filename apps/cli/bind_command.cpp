@@ -1,4 +1,6 @@
+#include "bind_arguments.h"
 #include "cli.h"
+#include "tensor_output.h"
 
 #include "skinfield/base/parallel.h"
 #include "skinfield/bind/bind.h"
@@ -20,193 +22,26 @@
 namespace skinfield::cli {
 namespace {
 
-struct Options {
-  std::string input, output, method = "auto", solver = "auto", domain = "auto";
-  std::string mass = "barycentric";
-  std::string quality = "normal", symmetry = "off";
-  std::string paint, weights_in, lock, report, weights_out, boundary, save_field, resume;
-  SkeletonOptions skeleton;
-  int nodes = 0, iterations = 0, max_influences = -1;
-  double tolerance = 0, time_limit = 0, prune = -1;
-  std::uint64_t seed = 0;
-  std::set<std::string> given;  ///< names of the options on the command line
-};
-
-bool is_gltf(const std::string& path) {
-  const std::string extension = lower_extension(path);
-  return extension == ".glb" || extension == ".gltf";
-}
-
-void check_output(const std::string& path) {
-  static const std::set<std::string> known{".glb", ".gltf", ".npz", ".npy", ".dmat", ".csv"};
-  if (!known.contains(lower_extension(path)))
-    throw UsageError(path + ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
-}
-
-const MethodFacts& chosen_method(const Options& o) {
-  for (const MethodFacts& facts : methods())
-    if (facts.name == o.method) return facts;
-  return methods().front();  // auto
-}
-
-/// "auto" and the names, for CLI11's check.
-std::vector<std::string> method_names() {
-  std::vector<std::string> names{"auto"};
-  for (const MethodFacts& facts : methods()) names.emplace_back(facts.name);
-  return names;
-}
-
-std::set<std::string> solver_names() {
-  std::set<std::string> names{"auto"};
-  for (const MethodFacts& facts : methods())
-    for (const SolverFacts& solver : facts.solvers) names.emplace(name_of(solver.solver));
-  return names;
-}
-
-std::string method_help() {
-  std::string text = "Kind of weights";
-  for (const MethodFacts& facts : methods())
-    text += fmt::format("{} {}: {}", text.ends_with("weights") ? "." : ";", facts.name,
-                        facts.description);
-  return text + ". auto = bbw";
-}
-
-std::string solver_help() {
-  std::string text = "How it is solved, the first by default";
-  for (const MethodFacts& facts : methods()) {
-    if (facts.solvers.size() < 2) continue;
-    text += fmt::format("; {}:", facts.name);
-    for (const SolverFacts& solver : facts.solvers)
-      text += fmt::format(" {}", name_of(solver.solver));
-  }
-  return text;
-}
-
-std::string tolerance_help() {
-  return "When to stop: primal, coupled, decoupled [1e-3]: no weight changes by more; dual, "
-         "dual-unboxed [1e-4] and active-set [1e-9]: the certified gap; quasi-harmonic [1e-4]: a "
-         "round saves less";
-}
-
-/// Options that the method has no use for are refused, not ignored.
-void check_method_options(const Options& o) {
-  const MethodFacts& facts = chosen_method(o);
-  const auto refuse = [&](bool useful, const std::vector<std::string>& names, const char* why) {
-    for (const std::string& name : names)
-      if (!useful && o.given.contains(name))
-        throw UsageError(fmt::format("{}: --method {} {} (leave it out)", name, facts.name, why));
-  };
-  refuse(facts.iterates(), {"--tolerance", "--iterations", "--time-limit"}, "is solved directly");
-  refuse(facts.on_field, {"--boundary"},
-         facts.on_domain ? "has zero Neumann boundaries built in" : "knows no boundary conditions");
-  refuse(facts.on_field, {"--save-field", "--resume"}, "is no field that could be saved");
-  refuse(o.resume.empty(), {"--nodes", "--quality", "--seed"}, "takes them from --resume");
-  refuse(facts.on_domain || facts.on_field, {"--nodes", "--quality", "--seed"},
-         "has no nodes but the vertices");
-  refuse(facts.uses_mass, {"--mass"}, "has no masses in it");
-  refuse(facts.solvers.size() > 1, {"--solver"}, "has only one solver");
-  if (o.solver == "auto") return;
-  std::string choices;
-  for (const SolverFacts& solver : facts.solvers) {
-    if (name_of(solver.solver) == o.solver) {
-      if (solver.tolerance_is.empty() && o.given.contains("--tolerance"))
-        throw UsageError(
-            fmt::format("--tolerance: --method {} --solver {} runs its iterations (use "
-                        "--iterations)",
-                        facts.name, o.solver));
-      return;
-    }
-    choices += (choices.empty() ? "" : ", ") + std::string(name_of(solver.solver));
-  }
-  throw UsageError(fmt::format("--solver {}: --method {} has {}", o.solver, facts.name, choices));
-}
-
-BindOptions bind_options(const Options& o) {
-  BindOptions options;
-  const MethodFacts& facts = chosen_method(o);
-  options.method = facts.method;
-  for (const SolverFacts& solver : facts.solvers)
-    if (name_of(solver.solver) == o.solver) options.solver = solver.solver;
-  options.domain = o.domain == "points" ? BindOptions::DomainKind::points
-                   : o.domain == "tris" ? BindOptions::DomainKind::surface
-                   : o.domain == "tets" ? BindOptions::DomainKind::tets
-                                        : BindOptions::DomainKind::automatic;
-  options.nodes = o.nodes > 0            ? o.nodes
-                  : o.quality == "draft" ? 2000
-                  : o.quality == "high"  ? 64000
-                                         : 16000;
-  // Kernel points; each optimiser has its own normal number.
-  options.field_points = o.nodes > 0            ? o.nodes
-                         : o.quality == "draft" ? 1 << 12
-                         : o.quality == "high"  ? 1 << 16
-                                                : 0;
-  if (!o.boundary.empty())
-    options.boundary = o.boundary == "neumann" ? Boundary::neumann : Boundary::natural;
-  options.keep_field = !o.save_field.empty();
-  options.tolerance = o.tolerance;
-  options.iterations = o.iterations;
-  options.time_limit_s = o.time_limit;
-  options.keep_history = !o.report.empty();
-  options.seed = o.seed;
-  if (o.mass == "voronoi") options.mass = MassKind::voronoi;
-  const bool gltf = is_gltf(o.output);
-  options.max_influences = o.max_influences >= 0 ? o.max_influences : gltf ? 4 : 0;
-  options.prune = o.prune >= 0 ? o.prune : gltf ? 1e-4 : 0;
-  options.symmetry = o.symmetry == "x"      ? BindOptions::Symmetry::x
-                     : o.symmetry == "auto" ? BindOptions::Symmetry::automatic
-                                            : BindOptions::Symmetry::off;
-  return options;
-}
-
-std::map<std::string, std::string> described(const Options& o, const BindOptions& b) {
-  std::map<std::string, std::string> all{{"domain", o.domain},
-                                         {"max_influences", std::to_string(b.max_influences)},
-                                         {"prune", fmt::format("{:g}", b.prune)},
-                                         {"symmetry", o.symmetry},
-                                         {"joints", o.skeleton.joints},
-                                         {"exclude", o.skeleton.exclude},
-                                         {"leaf", o.skeleton.leaf},
-                                         {"up", o.skeleton.up},
-                                         {"scale", fmt::format("{:g}", o.skeleton.scale)},
-                                         {"skeleton", o.skeleton.skeleton},
-                                         {"only", o.skeleton.only},
-                                         {"paint", o.paint},
-                                         {"weights_in", o.weights_in},
-                                         {"lock", o.lock}};
-  const MethodFacts& facts = facts_of(b.method);
-  if (facts.on_field) {
-    all["boundary"] = !o.boundary.empty() ? o.boundary : o.resume.empty() ? "natural" : "as saved";
-    all["resume"] = o.resume;
-    all["points"] = std::to_string(b.field_points);
-  }
-  if (facts.on_domain) {
-    all["quality"] = o.quality;
-    all["nodes"] = std::to_string(b.nodes);
-  }
-  if (const SolverFacts* solver = facts_of(b.method, b.solver)) {
-    const double tolerance = b.tolerance > 0 ? b.tolerance : solver->tolerance;
-    all["tolerance"] = fmt::format("{:g}", tolerance);
-    all["tolerance_is"] = solver->tolerance_is;
-    all["iterations"] = std::to_string(b.iterations > 0 ? b.iterations : solver->iterations);
-    all["time_limit_s"] = fmt::format("{:g}", b.time_limit_s);
-    if (facts.solvers.size() > 1)
-      all["solver"] =
-          b.solver == Solver::automatic && !o.resume.empty() ? "as saved" : name_of(solver->solver);
-  }
-  if (facts.uses_mass) all["mass"] = o.mass;
-  return all;
-}
-
-bool is_mass_file(const Options& o) { return o.mass != "barycentric" && o.mass != "voronoi"; }
+bool is_mass_file(const BindArguments& o) { return o.mass != "barycentric" && o.mass != "voronoi"; }
 
 /// Do any of the files given hold rows of one character's vertices?
-bool for_one_character(const Options& o) {
-  return !o.paint.empty() || !o.weights_in.empty() || is_mass_file(o) || !o.resume.empty() ||
-         !o.save_field.empty();
+bool for_one_character(const BindArguments& o) {
+  return !o.regions.empty() || !o.paint.empty() || !o.weights_in.empty() || is_mass_file(o) ||
+         !o.resume.empty() || !o.save_field.empty() || !o.tensors.empty();
+}
+
+/// Errors of the library name the character; the user knows it by its file.
+void read_regions(const std::string& path, Character& character) {
+  const SkinWeights regions = read_weights(path);
+  try {
+    add_regions(character, regions);
+  } catch (const InputError& error) {
+    throw InputError(error.message(), path, error.remedy());
+  }
 }
 
 /// Weights, paint, masses and locks given as files; they are for a single character.
-void read_conditions(const Options& o, const Character& character, BindOptions& options) {
+void read_conditions(const BindArguments& o, const Character& character, BindOptions& options) {
   const auto vertices = static_cast<Eigen::Index>(character.vertex_of_input.size());
   const Eigen::Index columns = character.skeleton.columns;
   if (!o.paint.empty()) {
@@ -235,7 +70,7 @@ void read_conditions(const Options& o, const Character& character, BindOptions& 
     throw UsageError("--lock " + o.lock + ": no handle has such a name");
 }
 
-/// Errors of the library name the character; the user knows it by its file.
+/// The same for the character's own file.
 BindResult bind_naming_file(const std::string& path, const Character& character,
                             const BindOptions& options, const Progress& progress) {
   try {
@@ -249,7 +84,7 @@ BindResult bind_naming_file(const std::string& path, const Character& character,
 }
 
 /// Options that this shape turned out to have no use for are named.
-void warn_of_unused(const Options& o, const BindReport& r) {
+void warn_of_unused(const BindArguments& o, const BindReport& r) {
   const auto warn_if = [&](bool unused, const char* name, const char* why) {
     if (unused && o.given.contains(name)) warn(fmt::format("{} has no effect: {}", name, why));
   };
@@ -284,7 +119,7 @@ SkinWeights gltf_rows(Character& character, const BindResult& result) {
 }
 
 std::string format_output(const Asset& asset, const std::vector<SkinWeights>& weights,
-                          const Options& o, const std::string& path) {
+                          const BindArguments& o, const std::string& path) {
   if (!is_gltf(path)) return format_weights(weights.front(), lower_extension(path));
   const bool binary = lower_extension(path) == ".glb";
   std::filesystem::path folder = std::filesystem::path(path).parent_path();
@@ -299,7 +134,7 @@ std::string format_output(const Asset& asset, const std::vector<SkinWeights>& we
                      folder);
 }
 
-void run(const Options& o, const Common& common) {
+void run(const BindArguments& o, const Common& common) {
   const auto start = std::chrono::steady_clock::now();
   const double cpu = process_cpu_seconds();
   check_method_options(o);
@@ -313,23 +148,26 @@ void run(const Options& o, const Common& common) {
     throw UsageError("--lock needs --weights-in FILE, whose columns it keeps");
   if (!o.save_field.empty() && lower_extension(o.save_field) != ".sfield")
     throw UsageError(o.save_field + ": --save-field writes .sfield");
-  check_outputs({o.output, o.weights_out, o.report, o.save_field});
+  if (!o.tensors.empty()) check_tensor_output(o.tensors);
+  check_outputs({o.output, o.weights_out, o.report, o.save_field, o.tensors});
   const Progress progress = make_progress(common);
-  Asset asset = read_characters(o.input, o.skeleton, o.paint.empty());
+  Asset asset = read_characters(o.input, o.skeleton, o.paint.empty() && o.regions.empty());
   for (const std::string& w : asset.warnings) warn(w);
   const bool matrix = !is_gltf(o.output) || !o.weights_out.empty();
   if (asset.characters.size() > 1 && (matrix || for_one_character(o)))
     throw UsageError(
         o.input + ": the file holds " + std::to_string(asset.characters.size()) +
-        " characters, a matrix, paint, masses, fields or given weights only one (use --only "
-        "MESH)");
+        " characters, a matrix, regions, paint, masses, fields, tensors or given weights only one "
+        "(use "
+        "--only MESH)");
 
   std::vector<SkinWeights> weights, gltf_weights;
   std::vector<BindReport> reports;
   std::vector<std::string> notes;
-  std::string field_file;
+  std::string field_file, tensor_file;
   for (Character& character : asset.characters) {
     BindOptions options = bind_options(o);
+    if (!o.regions.empty()) read_regions(o.regions, character);
     triangulate_outline(character, options.nodes, progress);
     read_conditions(o, character, options);
     if (!o.resume.empty())
@@ -344,6 +182,7 @@ void run(const Options& o, const Common& common) {
         notes.push_back(fmt::format("  {:24} {:.3f} s", stage, seconds));
     gltf_weights.push_back(is_gltf(o.output) ? gltf_rows(character, result) : SkinWeights{});
     if (result.field) field_file = format_sfield(*result.field);
+    if (result.tensors) tensor_file = format_tensors(*result.tensors, o.tensors);
     weights.push_back(std::move(result.weights));
     reports.push_back(std::move(result.report));
   }
@@ -352,6 +191,7 @@ void run(const Options& o, const Common& common) {
   if (!o.weights_out.empty())
     files.push_back({o.weights_out, format_output(asset, weights, o, o.weights_out)});
   if (!o.save_field.empty()) files.push_back({o.save_field, field_file});
+  if (!o.tensors.empty()) files.push_back({o.tensors, tensor_file});
   ReportContext context;
   context.input_path = o.input;
   context.output_path = o.output;
@@ -374,7 +214,7 @@ void run(const Options& o, const Common& common) {
 }  // namespace
 
 void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<BindArguments>();
   CLI::App* verb = new_verb(app, common, "bind", "Compute skinning weights for a character",
                             "skinfield bind hero.glb -o hero-bound.glb");
   verb->add_option("input", o->input, "Character: glTF, GLB, OBJ, PLY, OFF, STL, SVG, .mesh, .msh")
@@ -410,6 +250,9 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--seed", o->seed, "Seed of the random numbers")
       ->check(number(0, 1e18))
       ->capture_default_str();
+  verb->add_option("--regions", o->regions,
+                   "Sets of vertices as handles, behind the bones: a matrix (.npz .npy .dmat .csv "
+                   ".mtx) with a column each, a row a vertex, 1 where it belongs, else 0");
   verb->add_option("--paint", o->paint, "Prescribed rows: NPZ (index, weights) or CSV");
   verb->add_option("--weights-in", o->weights_in, "Start from these weights");
   verb->add_option("--lock", o->lock, "Keep these handles' weights from --weights-in: GLOB");
@@ -417,6 +260,9 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
       ->check(CLI::IsMember({"natural", "neumann"}));
   verb->add_option("--save-field", o->save_field, "Save a geometric field: FILE.sfield");
   verb->add_option("--resume", o->resume, "Go on from a saved field; --paint may change");
+  verb->add_option("--tensors", o->tensors,
+                   "Also write quasi-harmonic's metric: FILE.npz (nodes, elements, direction, "
+                   "condition), or FILE.png (condition numbers on a slice)");
   verb->add_option("--max-influences", o->max_influences,
                    "Influences a vertex (0: all) [4 for glTF, 0 for matrices]")
       ->check(number(0, 100000));

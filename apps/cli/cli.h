@@ -45,6 +45,7 @@ void add_pose(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
 void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
 void add_compare(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
 void add_transfer(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
+void add_interpolate(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
 void add_sample(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs);
 void add_tetrahedralise(CLI::App& app, Common& common,
                         std::vector<std::pair<CLI::App*, Verb>>& verbs);

@@ -37,6 +37,7 @@ int run(int argc, char** argv) {
   add_render(app, common, verbs);
   add_compare(app, common, verbs);
   add_transfer(app, common, verbs);
+  add_interpolate(app, common, verbs);
   add_tetrahedralise(app, common, verbs);
   add_sample(app, common, verbs);
   try {

@@ -1,14 +1,15 @@
 #include "cli.h"
+#include "picturing.h"
 #include "posing.h"
 
 #include "skinfield/bind/triangulate.h"
-#include "skinfield/geometry/plane.h"
 #include "skinfield/render/render.h"
+#include "skinfield/weights/statistics.h"
+
+#include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
-#include <numbers>
 
 namespace skinfield::cli {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 struct Options {
   std::string input, output, kind = "auto", pose, weights, skinning = "lbs", bone;
   SkeletonOptions skeleton;
-  bool bones = false, turned = false;
+  bool bones = false, extrema = false;
   RenderOptions render;
 };
 
@@ -49,7 +50,15 @@ struct Scene {
   std::vector<Eigen::Triplet<double, std::int32_t>> entries;
   std::vector<std::string> names;
   SkeletonOverlay overlay;
+  std::vector<ExtremumMark> extrema;
 };
+
+/// As the report counts them; positions are the scene's vertices, columns the scene's.
+void mark_extrema(const SkinWeights& weights, const Mesh& mesh, const Points& V, int first_column,
+                  std::vector<ExtremumMark>& marks) {
+  for (const Extremum& e : local_extrema(weights, mesh, extremum_tolerance).places)
+    marks.push_back({V.row(e.vertex).transpose(), first_column + e.column, e.maximum});
+}
 
 void append(const Asset& asset, int index, const Options& o, bool weights_needed, Scene& scene) {
   const Character& c = asset.characters[static_cast<std::size_t>(index)];
@@ -57,8 +66,9 @@ void append(const Asset& asset, int index, const Options& o, bool weights_needed
   const auto first_column = static_cast<std::int32_t>(scene.names.size());
   Points V = c.mesh.V;
   std::vector<Transform> columns;
+  SkinWeights weights;
   if (weights_needed) {
-    const SkinWeights weights = weights_of(asset, index, o.weights);
+    weights = weights_of(asset, index, o.weights);
     if (!o.pose.empty()) {
       columns = pose_transforms(asset, index, o.pose);
       V = deformed(V, weights, columns, o.skinning);
@@ -80,6 +90,7 @@ void append(const Asset& asset, int index, const Options& o, bool weights_needed
     for (auto& [head, tail] : overlay.bones) head = R * head, tail = R * tail;
     for (Vec3& dot : overlay.dots) dot = R * dot;
   }
+  if (o.extrema) mark_extrema(weights, c.mesh, V, first_column, scene.extrema);
   scene.overlay.bones.insert(scene.overlay.bones.end(), overlay.bones.begin(), overlay.bones.end());
   scene.overlay.dots.insert(scene.overlay.dots.end(), overlay.dots.begin(), overlay.dots.end());
   const Points colours = face_colours(c);
@@ -92,34 +103,20 @@ void append(const Asset& asset, int index, const Options& o, bool weights_needed
   scene.colours.bottomRows(c.mesh.F.rows()) = colours;
 }
 
-/// Flat shapes are seen from the front, without perspective.
-void look_at_plane(const Asset& asset, CameraOptions& camera) {
-  Points V(0, 3);
-  for (const Character& c : asset.characters) {
-    V.conservativeResize(V.rows() + c.mesh.V.rows(), 3);
-    V.bottomRows(c.mesh.V.rows()) = c.mesh.V;
-  }
-  if (V.rows() < 3) return;
-  const auto plane = plane_of(V, 1e-6 * diagonal(bounding_box(V)));
-  if (!plane) return;
-  const Vec3 n = turn_to_world(asset, 0) * plane->n;
-  constexpr double degree = std::numbers::pi / 180;
-  camera.pitch = std::asin(std::clamp(n.y(), -1.0, 1.0)) / degree;
-  camera.yaw = std::atan2(n.x(), n.z()) / degree;
-  camera.field_of_view = 0;
-}
-
-void run(Options o, const Common& common) {
+void run(Options o, const CLI::App& verb, const Common& common) {
   o.render.progress = make_progress(common);
   Asset asset = read_characters(o.input, o.skeleton, false);
   if (asset.characters.size() > 1 && !o.weights.empty())
     throw UsageError(o.input + ": the file holds several characters (use --only MESH)");
   for (Character& c : asset.characters) triangulate_outline(c, 0, o.render.progress);
-  if (!o.turned) look_at_plane(asset, o.render.camera);
+  look_at_plane(verb, asset, o.render.camera);
   std::string kind = o.kind;
   const bool has_weights = !o.weights.empty() || asset.characters.front().weights.has_value();
   if (kind == "auto")
     kind = !o.bone.empty() ? "heat" : !o.pose.empty() ? "posed" : has_weights ? "sheet" : "posed";
+  if (o.extrema && kind == "posed")
+    throw UsageError(
+        "--extrema: a posed picture shows no weights (use --kind heat, dominant or sheet)");
   const bool weights_needed = kind != "posed" || !o.pose.empty();
   Scene scene;
   for (int i = 0; i < static_cast<int>(asset.characters.size()); ++i)
@@ -127,12 +124,15 @@ void run(Options o, const Common& common) {
   SparseRows W(scene.V.rows(), static_cast<Eigen::Index>(scene.names.size()));
   W.setFromTriplets(scene.entries.begin(), scene.entries.end());
   if (o.bones || kind == "sheet") o.render.skeleton = scene.overlay;
+  if (o.extrema) note(common, fmt::format("{} local extrema", scene.extrema.size()));
+  o.render.extrema = std::move(scene.extrema);
 
   Image image;
   if (kind == "heat") {
     const int bone = find_bone(asset.characters.front().skeleton, o.bone.empty() ? "0" : o.bone);
     if (o.render.caption.empty()) o.render.caption = scene.names[static_cast<std::size_t>(bone)];
     const Vector weight = W.col(bone);
+    std::erase_if(o.render.extrema, [bone](const ExtremumMark& m) { return m.column != bone; });
     image = render_heat_map(scene.V, scene.F, weight, o.render);
   } else if (kind == "dominant") {
     image = render_dominant(scene.V, scene.F, W, o.render);
@@ -164,27 +164,17 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
       ->capture_default_str();
   verb->add_option("--weights", o->weights, "Weight matrix, if the file has none");
   verb->add_flag("--bones", o->bones, "Draw the skeleton");
-  verb->add_option("--width", o->render.width, "Pixels")
-      ->check(number(16, 16384))
-      ->capture_default_str();
-  verb->add_option("--height", o->render.height, "Pixels")
-      ->check(number(16, 16384))
-      ->capture_default_str();
-  verb->add_option("--yaw", o->render.camera.yaw,
-                   "Degrees around the up axis (flat shapes are seen from the front)")
-      ->check(number(-1e6, 1e6))
-      ->capture_default_str();
-  verb->add_option("--pitch", o->render.camera.pitch, "Degrees downward")
-      ->check(number(-90, 90))
-      ->capture_default_str();
-  verb->add_option("--caption", o->render.caption, "A line of text at the lower border");
+  verb->add_flag(
+      "--extrema", o->extrema,
+      "Mark spurious local extrema of the weights: maxima light, minima dark, rings where "
+      "the body hides them");
+  add_picture_options(*verb, o->render);
   o->skeleton.add_to(*verb);
   verbs.emplace_back(verb, [o, verb, &common] {
-    o->turned = verb->count("--yaw") + verb->count("--pitch") > 0;
     if (!std::string_view(o->output).ends_with(".png"))
       throw UsageError(o->output + ": pictures are written as .png");
     check_outputs({o->output});
-    run(*o, common);
+    run(*o, *verb, common);
   });
 }
 

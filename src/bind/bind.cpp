@@ -7,6 +7,7 @@
 #include "bind/solved_domain.h"
 #include "skinfield/bind/report.h"
 #include "skinfield/bind/triangulate.h"
+#include "skinfield/domain/tetrahedraliser.h"
 #include "skinfield/geometry/normals.h"
 #include "skinfield/rig/handle_geometry.h"
 #include "skinfield/weights/operations.h"
@@ -49,15 +50,30 @@ void check_input(const Character& character, const BindOptions& options) {
                        character.name, "repair the file");
   if (character.skeleton.handles.empty() && !options.paint)
     throw InputError("there are no bones to bind to", character.name,
-                     "give --skeleton FILE or --paint FILE");
+                     "give --skeleton FILE, --regions FILE or --paint FILE");
 }
 
-/// @param inside may be empty: then nothing is.
-void describe_handles(const ScaledCharacter& scaled, const InsideTest& inside_shape,
-                      BindReport& report) {
-  report.handles = static_cast<int>(scaled.handles.size());
-  for (const Handle& handle : scaled.handles) {
-    if (handle.kind == Handle::Kind::region) continue;  // it is on the surface
+/// A region is on the shape or in it, unless no node stands for it.
+bool holds_nodes(const SolvedDomain& solved, std::size_t handle) {
+  return !solved.domain ||
+         solved.domain->fixed().weights.col(static_cast<Eigen::Index>(handle)).any();
+}
+
+void describe_handles(const SolvedDomain& solved, BindReport& report) {
+  const std::vector<Handle>& handles = solved.scaled.handles;
+  const InsideTest inside_shape = inside_test(solved);  // empty: nothing is
+  const bool volume = solved.points || solved.tets || (solved.tris && solved.tris->facts().planar);
+  report.handles = static_cast<int>(handles.size());
+  for (std::size_t h = 0; h < handles.size(); ++h) {
+    const Handle& handle = handles[h];
+    if (handle.kind == Handle::Kind::region) {
+      const bool holds = holds_nodes(solved, h);
+      (holds ? report.handles_inside : report.handles_outside).push_back(handle.name);
+      if (!holds)
+        report.warnings.push_back("no node stands for region " + handle.name +
+                                  ": it has its own vertices at most");
+      continue;
+    }
     const Points X = probe_handles({handle}, 0.01);
     int inside = 0;
     for (Eigen::Index i = 0; i < X.rows(); ++i)
@@ -66,6 +82,9 @@ void describe_handles(const ScaledCharacter& scaled, const InsideTest& inside_sh
                  : inside > 0                       ? report.handles_partly_inside
                                                     : report.handles_outside;
     list.push_back(handle.name);
+    if (inside == 0 && volume)
+      report.warnings.push_back("handle " + handle.name +
+                                " lies outside the shape and gets no weight");
   }
 }
 
@@ -88,6 +107,11 @@ void describe_clamping(const RowMatrix& raw, BindReport& report) {
   const Vector below = (-raw).cwiseMax(0.0).rowwise().sum();
   report.clamped_mass_mean = below.mean();
   report.clamped_mass_max = below.maxCoeff();
+}
+
+/// Are rows given on the mesh's vertices exact there without further ado?
+bool own_vertices_are_nodes(const SolvedDomain& solved, const BindReport& report) {
+  return solved.tris || (solved.tets && report.tet_route != name_of(TetRoute::wrap));
 }
 
 /// 1/2 tr(W' K M^-1 K W)
@@ -177,10 +201,7 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
     watch.lap("domain");
     describe_domain(*solved, report);
   }
-  describe_handles(solved->scaled, inside_test(*solved), report);
-  for (const std::string& name : report.handles_outside)
-    if (solved->points || solved->tets || (solved->tris && solved->tris->facts().planar))
-      report.warnings.push_back("handle " + name + " lies outside the shape and gets no weight");
+  describe_handles(*solved, report);
 
   const Points normals = solved->points      ? solved->points->solid().normals()
                          : solved->field     ? solved->field->solid().normals()
@@ -199,6 +220,7 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
     report.solve.energy *= scale;
     report.solve.lower_bound *= scale;
     report.history = std::move(weights.history);
+    result.tensors = std::move(weights.tensors);
     for (BindReport::Step& step : report.history) {
       step.energy *= scale;
       step.lower_bound *= scale;
@@ -224,6 +246,7 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
   std::vector<Fill> fill;
   RowMatrix rows =
       solved->at(mesh.V, normals, solved->has_nodes() || solved->field ? &own : nullptr, fill);
+  if (!own_vertices_are_nodes(*solved, report)) apply_regions(solved->scaled.handles, rows);
   apply_exact_conditions(conditions, rows);
   count_fills(fill, report.vertices_filled);
   SkinWeights weights = solved->to_columns(rows, character.vertex_of_input);

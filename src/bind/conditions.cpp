@@ -159,6 +159,17 @@ FixedRows paint_on_nodes(const Conditions& conditions, const Domain& domain) {
   return fixed;
 }
 
+void apply_regions(const std::vector<Handle>& handles, RowMatrix& rows) {
+  std::map<int, std::vector<Eigen::Index>> regions_of;
+  for (std::size_t h = 0; h < handles.size(); ++h)
+    if (handles[h].kind == Handle::Kind::region)
+      for (const int v : handles[h].vertices) regions_of[v].push_back(static_cast<Eigen::Index>(h));
+  for (const auto& [v, regions] : regions_of) {
+    rows.row(v).setZero();
+    for (const Eigen::Index h : regions) rows(v, h) = 1.0 / static_cast<double>(regions.size());
+  }
+}
+
 void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows) {
   if (!conditions.locked.empty()) {
     std::vector<char> locked(static_cast<std::size_t>(rows.cols()), 0);
@@ -194,7 +205,7 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
   for (std::size_t h = 0; h < handles.size(); ++h) {
     const Points X = probe_handles({handles[h]}, 0.05);
     middle.row(static_cast<Eigen::Index>(h)) =
-        X.rows() > 0 ? Eigen::RowVector3d(X.colwise().mean()) : Eigen::RowVector3d::Zero();
+        X.rows() > 0 ? Eigen::RowVector3d(X.colwise().mean()) : handles[h].point.transpose();
     names.push_back(handles[h].name);
   }
   if (handles.empty()) return;
@@ -236,7 +247,7 @@ RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const SparseRows& 
 }
 
 std::int64_t mesh_extrema(const RowMatrix& rows, const Mesh& mesh) {
-  const Extrema extrema = local_extrema(sparse_weights(rows), mesh, 1e-4);
+  const Extrema extrema = local_extrema(sparse_weights(rows), mesh, extremum_tolerance);
   return extrema.maxima + extrema.minima;
 }
 

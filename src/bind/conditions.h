@@ -29,6 +29,9 @@ std::vector<Handle> handles_of_paint(const Conditions& conditions, const SolvedD
 /// The painted rows on a surface's nodes.
 FixedRows paint_on_nodes(const Conditions& conditions, const Domain& domain);
 
+/// Vertices of regions belong to their handles exactly, those of k regions 1/k each.
+void apply_regions(const std::vector<Handle>& handles, RowMatrix& rows);
+
 /// Painted rows and locked columns hold exactly on the vertices they were given for.
 void apply_exact_conditions(const Conditions& conditions, RowMatrix& rows);
 
@@ -39,7 +42,8 @@ void find_symmetry(const BindOptions& options, SolvedDomain& solved, BindReport&
 RowMatrix resolve_on_kept_support(const SolvedDomain& solved, const SparseRows& P, int influences,
                                   const BoundedBiharmonicOptions& method, const Progress& progress);
 
-/// Spurious local extrema of the handles' weights over the mesh's edges, tolerance 1e-4.
+/// Spurious local extrema of the handles' weights over the mesh's edges, by more than
+/// extremum_tolerance.
 std::int64_t mesh_extrema(const RowMatrix& rows, const Mesh& mesh);
 
 }  // namespace skinfield

@@ -65,6 +65,35 @@ Outline kept_outline(const Outline& outline, const std::vector<std::size_t>& par
   return kept;
 }
 
+/// The merged vertices of a region, ascending.
+std::vector<int> region_vertices(const Character& character, const SparseRows& regions,
+                                 Eigen::Index column) {
+  std::set<int> vertices;
+  for (Eigen::Index i = 0; i < regions.rows(); ++i) {
+    const double entry = regions.coeff(i, column);
+    if (entry == 0) continue;
+    if (entry != 1)
+      throw InputError("vertex " + std::to_string(i) + " has an entry that is neither 0 nor 1",
+                       character.name, "a vertex belongs to a region or not (shares: --paint)");
+    vertices.insert(character.vertex_of_input[static_cast<std::size_t>(i)]);
+  }
+  if (vertices.empty())
+    throw InputError("region " + std::to_string(column) + " has no vertex", character.name,
+                     "give each column at least one 1");
+  return {vertices.begin(), vertices.end()};
+}
+
+/// A root joint that stands for a region among a glTF's.
+Joint region_joint(const Handle& region) {
+  Joint joint;
+  joint.name = region.name;
+  joint.position = region.point;
+  joint.local_rest.topRightCorner<3, 1>() = region.point;
+  joint.world_rest = joint.local_rest;
+  joint.inverse_bind.topRightCorner<3, 1>() = -region.point;
+  return joint;
+}
+
 }  // namespace
 
 void keep_only(Asset& asset, const std::string& name) {
@@ -195,6 +224,30 @@ void make_handles(Character& character, const JointOptions& options) {
     if (level > 0.1) inside = inside_test(*winding, level);
   }
   make_joint_handles(skeleton, options, used_joints(character), inside);
+}
+
+void add_regions(Character& character, const SkinWeights& regions) {
+  const auto inputs = static_cast<Eigen::Index>(character.vertex_of_input.size());
+  if (regions.W.rows() != inputs)
+    throw InputError("holds " + std::to_string(regions.W.rows()) + " rows for " +
+                         std::to_string(inputs) + " vertices",
+                     character.name, "give one a vertex, in the file's order");
+  Skeleton& skeleton = character.skeleton;
+  for (Eigen::Index c = 0; c < regions.W.cols(); ++c) {
+    const auto k = static_cast<std::size_t>(c);
+    Handle handle;
+    handle.kind = Handle::Kind::region;
+    handle.name = k < regions.names.size() ? regions.names[k] : "region_" + std::to_string(c);
+    handle.vertices = region_vertices(character, regions.W, c);
+    handle.point = character.mesh.V(handle.vertices, Eigen::all).colwise().mean().transpose();
+    if (skeleton.source == Skeleton::Source::gltf) {
+      handle.joint = static_cast<int>(skeleton.joints.size());
+      skeleton.joints.push_back(region_joint(handle));
+    }
+    skeleton.column.push_back(skeleton.columns++);
+    skeleton.column_names.push_back(handle.name);
+    skeleton.handles.push_back(std::move(handle));
+  }
 }
 
 }  // namespace skinfield

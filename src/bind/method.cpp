@@ -66,6 +66,7 @@ std::span<const MethodFacts> methods() {
        .on_domain = true,
        .needs_elements = true,
        .uses_mass = true,
+       .tensors = true,
        .solvers = {{Solver::primal, "share of the energy that a round must save", 1e-4, 24}}},
       {.method = Method::geometric_fields,
        .name = "geometric-fields",

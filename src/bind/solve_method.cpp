@@ -172,11 +172,22 @@ MethodSolution solve_quasi_harmonic(const SolvedDomain& solved, const Conditions
   std::vector<BindReport::Step> history;
   for (std::size_t k = 0; options.keep_history && k < result.history.size(); ++k)
     history.push_back({static_cast<int>(k), result.history[k], 0, 0});
-  return {.nodal = std::move(result.W),
-          .raw = {},
-          .stats = result.stats,
-          .derivative = 2,
-          .history = std::move(history)};
+  MethodSolution solution{.nodal = std::move(result.W),
+                          .raw = {},
+                          .stats = result.stats,
+                          .derivative = 2,
+                          .history = std::move(history)};
+  if (options.keep_tensors) {
+    solution.tensors.emplace();
+    solution.tensors->nodes = solved.scaled.box.from(solved.domain->nodes());
+    if (solved.tets)
+      solution.tensors->elements = solved.tets->elements();
+    else
+      solution.tensors->elements = solved.tris->triangles();
+    solution.tensors->direction = std::move(result.direction);
+    solution.tensors->condition = std::move(result.condition);
+  }
+  return solution;
 }
 
 MethodSolution solve_polyharmonic(int order, const SolvedDomain& solved,
@@ -231,6 +242,8 @@ void check_method(const BindOptions& options, const Character& character) {
   if (options.solver != Solver::automatic && !facts_of(options.method, options.solver))
     throw OptionError("method " + name + " has no solver " + std::string(name_of(options.solver)),
                       where, "leave the choice out");
+  if (options.keep_tensors && !facts.tensors)
+    throw OptionError("method " + name + " has no tensors", where, "use --method quasi-harmonic");
   if (!facts.locks && !options.locked_columns.empty())
     throw OptionError("method " + name + " cannot keep columns of given weights", where,
                       "use --method bbw");

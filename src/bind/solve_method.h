@@ -15,6 +15,7 @@ struct MethodSolution {
   /// to the power of dimension - 2 order.
   int derivative = 2;
   std::vector<BindReport::Step> history = {};  ///< energies in the unit box
+  std::optional<TensorField> tensors = {};
 };
 
 /// @throws OptionError if the method cannot do what the options ask for, or not for this character;

@@ -78,7 +78,9 @@ PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
   const Box3 box = bounding_box(mesh.V);
   const Eigen::RowVector3d side = box.row(1) - box.row(0);
   const double guess = std::cbrt(0.1 * std::max(side.prod(), 1e-6) / options.nodes);
-  Points probes = probe_handles(handles, 0.005);
+  const Points along = probe_handles(handles, 0.005), regions = probe_regions(mesh, handles);
+  Points probes(along.rows() + regions.rows(), 3);
+  probes << along, regions;
   if (probes.rows() == 0) probes = paint.X;
   solid.emplace(mesh, probes, SolidOptions{.spacing = guess}, progress);
   if (!handles.empty() && solid->facts().handle_samples_inside == 0)

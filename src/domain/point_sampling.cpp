@@ -4,6 +4,7 @@
 #include "domain/fixed_node_list.h"
 #include "domain/interior_cells.h"
 #include "domain/kd_tree.h"
+#include "domain/region_samples.h"
 #include "domain/stage_clock.h"
 #include "skinfield/base/parallel.h"
 #include "skinfield/base/random.h"
@@ -217,19 +218,16 @@ FixedNodes fixed_nodes(const Solid& solid, const std::vector<Handle>& handles,
     }
     add(b, true);
   });
+  for (std::size_t h = 0; h < handles.size(); ++h) {
+    if (handles[h].kind != Handle::Kind::region) continue;
+    for (const Vec3& x : region_samples(solid, handles[h], size))
+      samples.push_back({x, static_cast<int>(h), false});
+  }
   drop_clashes(size, samples);
   for (const HandleSample& s : samples) list.add(s.x, s.handle);
-  // Painted points sit just inside, where the surface can see them.
-  constexpr double step = 1e-4;
   for (Eigen::Index i = 0; i < paint.X.rows(); ++i) {
-    Vec3 x = paint.X.row(i).transpose();
-    if (paint.N.rows() > 0)
-      for (double s : {-step, step})
-        if (solid.inside(Vec3(x + s * paint.N.row(i).transpose()))) {
-          x += s * paint.N.row(i).transpose();
-          break;
-        }
-    list.paint(x, paint.weights.row(i).transpose());
+    const Vec3 n = paint.N.rows() > 0 ? Vec3(paint.N.row(i)) : Vec3(Vec3::Zero());
+    list.paint(moved_inside(solid, paint.X.row(i), n), paint.weights.row(i).transpose());
   }
   const Eigen::Index columns =
       handles.empty() ? paint.weights.cols() : static_cast<Eigen::Index>(handles.size());

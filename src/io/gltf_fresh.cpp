@@ -124,6 +124,13 @@ void put_texcoords(Extension& out, const ObjDocument* obj, const Vertices& verti
       kArrayBuffer);
 }
 
+/// The colours' rows on the split vertices.
+void put_colours(Extension& out, const Points& colours, const Vertices& vertices,
+                 Json& attributes) {
+  const Points split = colours(vertices.input, Eigen::all);
+  attributes["COLOR_0"] = out.put(float3(split), vec3(split.rows()), kArrayBuffer);
+}
+
 int put_material(Extension& out, std::map<std::string, int>& known, const std::string& name,
                  const Eigen::Vector3d& colour, double alpha) {
   const Eigen::Vector3d c = colour.cwiseMax(0).cwiseMin(1);
@@ -172,7 +179,7 @@ SparseRows spread(const SparseRows& W, const std::vector<int>& input) {
 }  // namespace
 
 Extension fresh_document(const Asset& source, std::span<const SkinWeights> weights,
-                         const GltfWriteOptions& options) {
+                         const GltfWriteOptions& options, std::span<const Points> colours) {
   Json json = {{"asset", {{"version", "2.0"}, {"generator", "Skinfield"}}},
                {"scene", 0},
                {"scenes", Json::array({{{"nodes", Json::array()}}})},
@@ -195,14 +202,15 @@ Extension fresh_document(const Asset& source, std::span<const SkinWeights> weigh
     attributes["POSITION"] = put_positions(out, character, vertices);
     put_normals(out, character, obj, vertices, attributes);
     put_texcoords(out, obj, vertices, attributes);
+    if (!colours.empty()) put_colours(out, colours[c], vertices, attributes);
     Json node = Json::object();
     if (!character.name.empty()) node["name"] = character.name;
     node["mesh"] = c;
     const int mesh_node = out.append_node(std::move(node));
     Json roots = Json::array({mesh_node});
     if (W.rows() > 0) {
-      const PlacedTree placed = place_tree(
-          out, make_joint_tree(character.skeleton, character.mesh, static_cast<int>(W.cols())));
+      const PlacedTree placed =
+          place_tree(out, make_joint_tree(character.skeleton, static_cast<int>(W.cols())));
       Json carrier = {{"attributes", std::move(attributes)}};
       set_weights(
           out, carrier,
@@ -234,8 +242,11 @@ Extension fresh_document(const Asset& source, std::span<const SkinWeights> weigh
       }
       const int m = obj && p < obj->material_of_part.size() ? obj->material_of_part[p] : -1;
       const ObjMaterial* material = m >= 0 ? &obj->materials[static_cast<std::size_t>(m)] : nullptr;
-      primitive["material"] = put_material(out, materials, material ? material->name : "",
-                                           part.colour, material ? material->alpha : 1.0);
+      // A material's colour would tint those of the vertices.
+      primitive["material"] = !colours.empty()
+                                  ? put_material(out, materials, "", Eigen::Vector3d::Ones(), 1)
+                                  : put_material(out, materials, material ? material->name : "",
+                                                 part.colour, material ? material->alpha : 1.0);
       primitives.push_back(std::move(primitive));
     }
     Json mesh = Json::object();

@@ -66,9 +66,13 @@ JointTree tree_of_bones(const Skeleton& skeleton, int columns) {
     const std::string name = name_of(out.joints.size(), "bone_" + std::to_string(b));
     out.joints.push_back({name, parent, translation(skeleton.joints[head].position)});
   }
+  for (const Handle& handle : skeleton.handles) {
+    if (handle.kind != Handle::Kind::region) continue;
+    out.joints.push_back({name_of(out.joints.size(), handle.name), -1, translation(handle.point)});
+  }
   if (static_cast<int>(out.joints.size()) != columns) {
     throw InputError("the weights have " + std::to_string(columns) + " columns, the skeleton " +
-                     std::to_string(out.joints.size()) + " bones and points");
+                     std::to_string(out.joints.size()) + " bones, points and regions");
   }
   for (int c = 0; c < columns; ++c) out.joint_of_column.push_back(c);
   break_cycles(out.joints);
@@ -82,7 +86,7 @@ JointTree tree_of_bones(const Skeleton& skeleton, int columns) {
   return out;
 }
 
-JointTree tree_of_handles(const Skeleton& skeleton, const Mesh& mesh, int columns) {
+JointTree tree_of_handles(const Skeleton& skeleton, int columns) {
   JointTree out;
   for (int c = 0; c < columns; ++c) {
     const auto k = static_cast<std::size_t>(c);
@@ -96,10 +100,6 @@ JointTree tree_of_handles(const Skeleton& skeleton, const Mesh& mesh, int column
       Vec3 at = handle.point;
       if (handle.kind == Handle::Kind::bone && !handle.segments.empty()) {
         at = handle.segments.front().first;
-      } else if (handle.kind == Handle::Kind::region && !handle.vertices.empty()) {
-        at.setZero();
-        for (const int v : handle.vertices) at += mesh.V.row(v).transpose();
-        at /= static_cast<double>(handle.vertices.size());
       }
       joint.bind = translation(at);
     }
@@ -117,10 +117,10 @@ std::string float_bytes(const Transform& T) {
 
 }  // namespace
 
-JointTree make_joint_tree(const Skeleton& skeleton, const Mesh& mesh, int columns) {
+JointTree make_joint_tree(const Skeleton& skeleton, int columns) {
   if (skeleton.source == Skeleton::Source::tgf) return tree_of_bones(skeleton, columns);
   if (skeleton.source == Skeleton::Source::none || skeleton.joints.empty()) {
-    return tree_of_handles(skeleton, mesh, columns);
+    return tree_of_handles(skeleton, columns);
   }
   if (static_cast<int>(skeleton.joints.size()) != columns) {
     throw InputError("the weights have " + std::to_string(columns) + " columns, the skeleton " +

@@ -151,8 +151,7 @@ void Patcher::patch_character(std::size_t c) {
     for (const Binding& binding : origin.bindings) put_weights(c, binding, binding.slot_of_column);
     return;
   }
-  const PlacedTree placed =
-      place_tree(out_, make_joint_tree(character.skeleton, character.mesh, columns));
+  const PlacedTree placed = place_tree(out_, make_joint_tree(character.skeleton, columns));
   std::set<std::size_t> scenes;
   for (const Binding& binding : origin.bindings) {
     for (const std::size_t s : scenes_of(binding.node)) scenes.insert(s);

@@ -115,6 +115,22 @@ std::string format_gltf(const Asset& source, std::span<const SkinWeights> weight
   }
 }
 
+std::string format_coloured_gltf(const Asset& source, std::span<const Points> colours,
+                                 bool binary) {
+  bool fits = colours.size() == source.characters.size();
+  for (std::size_t c = 0; fits && c < colours.size(); ++c) {
+    fits =
+        colours[c].rows() == static_cast<Eigen::Index>(source.characters[c].vertex_of_input.size());
+  }
+  if (!fits) throw InputError("there is not a colour for every vertex", source.path);
+  const std::vector<SkinWeights> no_weights(source.characters.size());
+  Extension out = fresh_document(source, no_weights, {}, colours);
+  Container container;
+  container.binary = settle_buffers(out, binary);
+  container.json = out.json.dump(binary ? -1 : 2);
+  return binary ? format_glb(container) : container.json + "\n";
+}
+
 void write_gltf(const Asset& source, std::span<const SkinWeights> weights, const fs::path& path,
                 const GltfWriteOptions& options) {
   const std::string extension = lower_extension(path);

@@ -64,7 +64,7 @@ struct JointTree {
 };
 /// glTF joints keep their tree; TGF bones become one joint each at their head, extra joints at leaf
 /// ends, points one joint each; handles without joints one joint each at their middle.
-JointTree make_joint_tree(const Skeleton& skeleton, const Mesh& mesh, int columns);
+JointTree make_joint_tree(const Skeleton& skeleton, int columns);
 
 /// Appends the nodes of a tree under a new root; gives the node of each of its joints. `root` is
 /// to be put into a scene.
@@ -78,9 +78,10 @@ PlacedTree place_tree(Extension& out, JointTree tree);
 int append_skin(Extension& out, const PlacedTree& placed, const Transform& to_character,
                 const std::string& name);
 
-/// A document for a source that has none.
+/// A document for a source that has none. colours: (n_input,3) a character instead of the parts'
+/// materials, or none.
 Extension fresh_document(const Asset& source, std::span<const SkinWeights> weights,
-                         const GltfWriteOptions& options);
+                         const GltfWriteOptions& options, std::span<const Points> colours = {});
 /// The source's document with new weights.
 Extension patched_document(const Asset& source, const GltfDocument& document,
                            std::span<const SkinWeights> weights, const GltfWriteOptions& options);

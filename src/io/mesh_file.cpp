@@ -121,10 +121,16 @@ Asset asset_from(MeshFile file, const std::string& name, const ReadOptions& opti
   return asset;
 }
 
-std::string format_obj(const Points& V, const Triangles& F, const Points& N) {
+std::string format_obj(const Points& V, const Triangles& F, const Points& N,
+                       const Points& colours) {
   fmt::memory_buffer out;
   for (Eigen::Index i = 0; i < V.rows(); ++i) {
-    fmt::format_to(std::back_inserter(out), "v {} {} {}\n", V(i, 0), V(i, 1), V(i, 2));
+    fmt::format_to(std::back_inserter(out), "v {} {} {}", V(i, 0), V(i, 1), V(i, 2));
+    if (colours.rows() > 0) {
+      fmt::format_to(std::back_inserter(out), " {:.6g} {:.6g} {:.6g}", colours(i, 0), colours(i, 1),
+                     colours(i, 2));
+    }
+    out.push_back('\n');
   }
   const bool normals = N.rows() == V.rows() && N.rows() > 0;
   for (Eigen::Index i = 0; normals && i < N.rows(); ++i) {

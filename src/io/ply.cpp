@@ -277,17 +277,23 @@ MeshFile parse_ply(std::string_view bytes, const std::string& name) {
   return mesh;
 }
 
-std::string format_ply(const Points& V, const Triangles& F, const Points& N) {
+std::string format_ply(const Points& V, const Triangles& F, const Points& N,
+                       const Points& colours) {
   const bool normals = N.rows() == V.rows() && N.rows() > 0;
   std::string out = "ply\nformat binary_little_endian 1.0\nelement vertex " +
                     std::to_string(V.rows()) +
                     "\nproperty double x\nproperty double y\nproperty double z\n";
   if (normals) out += "property double nx\nproperty double ny\nproperty double nz\n";
+  const bool coloured = colours.rows() > 0;
+  if (coloured) out += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   out += "element face " + std::to_string(F.rows()) +
          "\nproperty list uchar int vertex_indices\nend_header\n";
   for (Eigen::Index i = 0; i < V.rows(); ++i) {
     for (int c = 0; c < 3; ++c) put_little(out, V(i, c));
     for (int c = 0; normals && c < 3; ++c) put_little(out, N(i, c));
+    for (int c = 0; coloured && c < 3; ++c) {
+      put_little(out, static_cast<std::uint8_t>(std::lround(255 * colours(i, c))));
+    }
   }
   for (Eigen::Index f = 0; f < F.rows(); ++f) {
     out.push_back('\3');

@@ -33,17 +33,18 @@ Solid make_solid(const Mesh& mesh, const std::vector<Handle>& handles, const Pai
   const Box3 box = bounding_box(mesh.V);
   const Eigen::RowVector3d side = box.row(1) - box.row(0);
   // Painted places say like handles where inside is, and that their part is no passenger.
-  const Points along = probe_handles(handles, 0.005);
+  const Points along = probe_handles(handles, 0.005), regions = probe_regions(mesh, handles);
+  const Eigen::Index first = along.rows() + regions.rows();
   const auto painted = static_cast<Eigen::Index>(paint.vertex.size());
-  Points probes(along.rows() + painted, 3);
-  probes.topRows(along.rows()) = along;
+  Points probes(first + painted, 3);
+  probes.topRows(first) << along, regions;
   const Points normals = mesh.is_point_cloud() ? mesh.N : vertex_normals(mesh.V, mesh.F);
   for (Eigen::Index k = 0; k < painted; ++k) {
     const int v = paint.vertex[static_cast<std::size_t>(k)];
     if (v < 0 || v >= mesh.V.rows())
       throw InputError("painted vertex " + std::to_string(v) + " does not exist");
-    probes.row(along.rows() + k) = mesh.V.row(v);
-    if (normals.rows() > 0) probes.row(along.rows() + k) -= probe_depth * normals.row(v);
+    probes.row(first + k) = mesh.V.row(v);
+    if (normals.rows() > 0) probes.row(first + k) -= probe_depth * normals.row(v);
   }
   return Solid(
       mesh, probes,

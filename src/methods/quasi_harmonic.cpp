@@ -2,6 +2,7 @@
 
 #include "methods/handle_distance.h"
 #include "methods/locks.h"
+#include "methods/mesh_order.h"
 #include "methods/quasi_harmonic_objective.h"
 #include "skinfield/base/error.h"
 #include "skinfield/base/parallel.h"
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace skinfield {
 namespace {
@@ -177,13 +179,11 @@ QuasiHarmonicObjective::State optimise(QuasiHarmonicObjective& objective,
   }
 }
 
-}  // namespace
-
-QuasiHarmonicResult quasi_harmonic(const QuasiHarmonicProblem& problem,
-                                   const QuasiHarmonicOptions& options, const Progress& progress) {
-  const FixedRows all = merge(problem.fixed, options.paint);
+/// @param problem with all fixed rows among its own. @param start the locked columns' values.
+QuasiHarmonicResult solve(const QuasiHarmonicProblem& problem, const QuasiHarmonicOptions& options,
+                          const RowMatrix& start, const Progress& progress) {
+  const FixedRows& all = problem.fixed;
   const Eigen::Index columns = all.weights.cols(), n = problem.V.rows();
-  check(problem, options, columns);
   const Locks locks(options.locked, columns);
   const FixedRows fixed = open_rows(all, locks);
   if (fixed.node.empty()) {
@@ -193,7 +193,7 @@ QuasiHarmonicResult quasi_harmonic(const QuasiHarmonicProblem& problem,
   Vector share;
   if (locks.any()) {
     kept.resize(n, columns);
-    for (Eigen::Index i = 0; i < n; ++i) kept.row(i) = locks.part(options.start, i);
+    for (Eigen::Index i = 0; i < n; ++i) kept.row(i) = locks.part(start, i);
     share = (1 - kept.rowwise().sum().array()).cwiseMax(0.0);
   }
 
@@ -231,6 +231,67 @@ QuasiHarmonicResult quasi_harmonic(const QuasiHarmonicProblem& problem,
     result.unprojected = std::move(unprojected);
     for (const int v : result.unreached) result.W.row(v).setZero();
   }
+  return result;
+}
+
+RowMatrix rows_back(const RowMatrix& ordered, const std::vector<int>& node) {
+  RowMatrix rows(ordered.rows(), ordered.cols());
+  rows(node, Eigen::all) = ordered;
+  return rows;
+}
+
+FixedRows reordered(const FixedRows& fixed, const std::vector<int>& node_place) {
+  std::vector<std::pair<int, int>> rows;  // new node, row
+  for (const int v : fixed.node) {
+    rows.emplace_back(node_place[static_cast<std::size_t>(v)], static_cast<int>(rows.size()));
+  }
+  std::sort(rows.begin(), rows.end());
+  FixedRows result;
+  result.weights.resize(fixed.weights.rows(), fixed.weights.cols());
+  for (const auto& [node, row] : rows) {
+    result.weights.row(static_cast<Eigen::Index>(result.node.size())) = fixed.weights.row(row);
+    result.node.push_back(node);
+  }
+  return result;
+}
+
+}  // namespace
+
+QuasiHarmonicResult quasi_harmonic(const QuasiHarmonicProblem& problem,
+                                   const QuasiHarmonicOptions& options, const Progress& progress) {
+  const FixedRows all = merge(problem.fixed, options.paint);
+  check(problem, options, all.weights.cols());
+  const Eigen::Index n = problem.V.rows();
+  const bool solid = problem.T.rows() > 0;
+  const MeshOrder order = solid ? breadth_first(problem.T, n) : breadth_first(problem.F, n);
+  const auto place = [&order](std::int32_t v) {
+    return order.node_place[static_cast<std::size_t>(v)];
+  };
+  const Points V = problem.V(order.node, Eigen::all);
+  const Vector M = problem.M(order.node);
+  const FixedRows fixed = reordered(all, order.node_place);
+  Tetrahedra T;
+  Triangles F;
+  if (solid) {
+    T = problem.T(order.element, Eigen::all);
+    T = T.unaryExpr(place).eval();
+  } else {
+    F = problem.F(order.element, Eigen::all);
+    F = F.unaryExpr(place).eval();
+  }
+  RowMatrix start;
+  if (options.start.size() > 0) start = options.start(order.node, Eigen::all);
+  QuasiHarmonicResult result = solve({V, T, F, M, fixed}, options, start, progress);
+  result.W = rows_back(result.W, order.node);
+  result.unprojected = rows_back(result.unprojected, order.node);
+  for (int& v : result.unreached) v = order.node[static_cast<std::size_t>(v)];
+  std::sort(result.unreached.begin(), result.unreached.end());
+  Points direction(result.direction.rows(), 3);
+  Vector condition(result.condition.size());
+  direction(order.element, Eigen::all) = result.direction;
+  condition(order.element) = result.condition;
+  result.direction = std::move(direction);
+  result.condition = std::move(condition);
   return result;
 }
 

@@ -18,6 +18,19 @@ void for_each_row(const std::vector<int>& nodes, const Body& body) {
   });
 }
 
+SparseRows rows_of(const SparseRows& K, const std::vector<int>& nodes) {
+  SparseRows rows(static_cast<Eigen::Index>(nodes.size()), K.cols());
+  rows.reserve(K.nonZeros());
+  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+    rows.startVec(k);
+    for (SparseRows::InnerIterator it(K, nodes[static_cast<std::size_t>(k)]); it; ++it) {
+      rows.insertBack(k, it.col()) = it.value();
+    }
+  }
+  rows.finalize();
+  return rows;
+}
+
 }  // namespace
 
 QuasiHarmonicObjective::QuasiHarmonicObjective(const AnisotropicStiffness& stiffness,
@@ -60,6 +73,7 @@ QuasiHarmonicObjective::QuasiHarmonicObjective(const AnisotropicStiffness& stiff
   }
   free_K_.finalize();
   factor_.analyse(free_K_);
+  isotropic_free_rows_ = rows_of(K_, free_);
 
   state_.solved.setZero(K_.rows(), fixed.weights.cols());
   for (std::size_t k = 0; k < fixed.node.size(); ++k) {
@@ -84,10 +98,12 @@ double QuasiHarmonicObjective::evaluate(const Eigen::MatrixXd& theta) {
   factor_.solve(solution_);
   accept_solution();
 
-  apply(stiffness_.isotropic(), state_.weights, residual_);
+  const SparseRows& K = stiffness_.isotropic();
+  residual_.resize(K.rows(), state_.weights.cols());
   const double energy = parallel_reduce(
       static_cast<std::size_t>(residual_.rows()), kRowsPerBlock, 0.0,
       [&](std::size_t begin, std::size_t end) {
+        multiply(K, state_.weights, residual_, begin, end);
         double sum = 0;
         for (auto i = static_cast<Eigen::Index>(begin); i < static_cast<Eigen::Index>(end); ++i) {
           sum += inverse_mass_[i] * residual_.row(i).squaredNorm();
@@ -116,12 +132,14 @@ void QuasiHarmonicObjective::accept_solution() {
 
 void QuasiHarmonicObjective::gradient(const Eigen::MatrixXd& theta, Eigen::MatrixXd& result) {
   // dE/dP = K M^-1 K P (equation 19), back through the projection on the free rows.
-  apply(stiffness_.isotropic(), residual_, by_weights_);
-  for_each_row(free_, [&](Eigen::Index k, Eigen::Index v) {
-    auto z = solution_.row(k);
-    z = by_weights_.row(v);
-    if (share_.size() > 0) z *= share_[v];
-    if (project_) project_smoothly_adjoint(state_.solved.row(v).data(), z.data(), z.size());
+  parallel_blocks(free_.size(), kRowsPerBlock, [&](std::size_t begin, std::size_t end) {
+    multiply(isotropic_free_rows_, residual_, solution_, begin, end);
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto v = static_cast<Eigen::Index>(free_[k]);
+      auto z = solution_.row(static_cast<Eigen::Index>(k));
+      if (share_.size() > 0) z *= share_[v];
+      if (project_) project_smoothly_adjoint(state_.solved.row(v).data(), z.data(), z.size());
+    }
   });
   factor_.solve(solution_);
   // dE = -tr(Z' dK W), with Z zero on the rows that are not free.

@@ -53,11 +53,12 @@ class QuasiHarmonicObjective {
   };
   std::vector<Link> links_;
   SparseRows K_, free_K_;
+  SparseRows isotropic_free_rows_;  ///< (free, N) of the isotropic stiffness
   SparseFactor factor_;
   State state_;
-  RowMatrix solution_;              ///< the free rows of a solve
-  RowMatrix residual_;              ///< M^-1 K P
-  RowMatrix by_weights_, adjoint_;  ///< kept for their memory; adjoint_ is zero on fixed rows
+  RowMatrix solution_;  ///< the free rows of a solve
+  RowMatrix residual_;  ///< M^-1 K P
+  RowMatrix adjoint_;   ///< kept for its memory; zero on fixed rows
 };
 
 }  // namespace skinfield

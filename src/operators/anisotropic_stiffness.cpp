@@ -178,25 +178,26 @@ void AnisotropicStiffness::derivative(const RowMatrix& X, const RowMatrix& Y,
   // than gradients in every element would take.
   const std::ptrdiff_t m = X.cols();
   std::vector<double> s(edges_.size() + 1, 0.0);  // the last: for elements without edges
-  parallel_for(edges_.size(), kEdgesPerBlock, [&](std::size_t t) {
-    const Edge& edge = edges_[t];
-    s[t] = -difference_product(X.data() + edge.a * m, X.data() + edge.b * m, Y.data() + edge.a * m,
-                               Y.data() + edge.b * m, m);
+  constexpr auto stride = static_cast<std::ptrdiff_t>(sizeof(Edge) / sizeof(std::int32_t));
+  parallel_blocks(edges_.size(), kEdgesPerBlock, [&](std::size_t begin, std::size_t end) {
+    difference_products(&edges_.data()->a, &edges_.data()->b, stride, X.data(), Y.data(), m,
+                        s.data(), static_cast<std::ptrdiff_t>(begin),
+                        static_cast<std::ptrdiff_t>(end));
   });
   D.resize(elements(), coefficients());
   const ElementArrays arrays{G_.data(), volume_.data(), elements()};
-  Vector of_slot(elements() * coefficients());
   parallel_blocks(static_cast<std::size_t>(elements()), kElementsPerBlock,
                   [&](std::size_t begin, std::size_t end) {
+                    const auto count = static_cast<std::ptrdiff_t>(end - begin);
+                    Vector of_slot(count * coefficients());
                     for (int p = 0; p < coefficients(); ++p) {
-                      const std::size_t offset = static_cast<std::size_t>(p * elements());
-                      double* to = of_slot.data() + offset;
-                      const std::int32_t* edge = edge_of_slot_.data() + offset;
-                      for (std::size_t e = begin; e < end; ++e) {
+                      double* to = of_slot.data() + p * count;
+                      const std::int32_t* edge = edge_of_slot_.data() + p * elements() + begin;
+                      for (std::ptrdiff_t e = 0; e < count; ++e) {
                         to[e] = s[static_cast<std::size_t>(edge[e])];
                       }
                     }
-                    pair_derivatives(dimension_, arrays, of_slot.data(), D.data(),
+                    pair_derivatives(dimension_, arrays, of_slot.data(), count, D.data(),
                                      static_cast<std::ptrdiff_t>(begin),
                                      static_cast<std::ptrdiff_t>(end));
                   });

@@ -70,11 +70,11 @@ SKINFIELD_INLINE void values_of(const double* G, const double* volume, std::ptrd
 
 template <int D, class Lanes>
 SKINFIELD_INLINE void derivatives_of(const double* G, const double* volume, std::ptrdiff_t stride,
-                                     const double* s, double* result) {
+                                     const double* s, std::ptrdiff_t s_stride, double* result) {
   Lanes g[D][D], vol, with_0[D], d[D * (D + 1) / 2] = {};
   load_gradients<D>(g, G, stride);
   load(vol, volume);
-  for (int i = 0; i < D; ++i) load(with_0[i], s + i * stride);
+  for (int i = 0; i < D; ++i) load(with_0[i], s + i * s_stride);
   std::ptrdiff_t p = D;
   for (int i = 0; i < D; ++i) {
     for (int j = i; j < D; ++j) {
@@ -82,7 +82,7 @@ SKINFIELD_INLINE void derivatives_of(const double* G, const double* volume, std:
       Lanes weight = -with_0[i];
       if (i != j) {
         Lanes own;
-        load(own, s + p++ * stride);
+        load(own, s + p++ * s_stride);
         weight += own - with_0[j];
       }
       weight *= vol;
@@ -109,15 +109,45 @@ SKINFIELD_INLINE void values_in(const ElementArrays& of, const double* A, double
 }
 
 template <int D>
-SKINFIELD_INLINE void derivatives_in(const ElementArrays& of, const double* s, double* result,
-                                     std::ptrdiff_t begin, std::ptrdiff_t end) {
+SKINFIELD_INLINE void derivatives_in(const ElementArrays& of, const double* s,
+                                     std::ptrdiff_t s_stride, double* result, std::ptrdiff_t begin,
+                                     std::ptrdiff_t end) {
   std::ptrdiff_t e = begin;
   for (; e + 4 <= end; e += 4) {
-    derivatives_of<D, Four>(of.G + e, of.volume + e, of.stride, s + e, result + e);
+    derivatives_of<D, Four>(of.G + e, of.volume + e, of.stride, s + (e - begin), s_stride,
+                            result + e);
   }
   for (; e < end; ++e) {
-    derivatives_of<D, double>(of.G + e, of.volume + e, of.stride, s + e, result + e);
+    derivatives_of<D, double>(of.G + e, of.volume + e, of.stride, s + (e - begin), s_stride,
+                              result + e);
   }
+}
+
+/// sum += (xa - xb) (ya - yb)
+SKINFIELD_INLINE void add_product(Four& sum, const double* xa, const double* xb, const double* ya,
+                                  const double* yb) {
+  Four a, b, c, d;
+  load(a, xa);
+  load(b, xb);
+  load(c, ya);
+  load(d, yb);
+  sum += (a - b) * (c - d);
+}
+
+/// <x_a - x_b, y_a - y_b> of rows of m entries.
+SKINFIELD_INLINE double difference_product(const double* xa, const double* xb, const double* ya,
+                                           const double* yb, std::ptrdiff_t m) {
+  Four sum{}, more{};
+  std::ptrdiff_t j = 0;
+  for (; j + 8 <= m; j += 8) {
+    add_product(sum, xa + j, xb + j, ya + j, yb + j);
+    add_product(more, xa + j + 4, xb + j + 4, ya + j + 4, yb + j + 4);
+  }
+  for (; j + 4 <= m; j += 4) add_product(sum, xa + j, xb + j, ya + j, yb + j);
+  sum += more;
+  double total = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  for (; j < m; ++j) total += (xa[j] - xb[j]) * (ya[j] - yb[j]);
+  return total;
 }
 
 /// y (chunks of four columns) = sum over the entries of one row of value * X's row.
@@ -147,28 +177,21 @@ void pair_values(int dimension, const ElementArrays& elements, const double* A, 
 }
 
 SKINFIELD_VECTOR_CLONES
-void pair_derivatives(int dimension, const ElementArrays& elements, const double* s, double* D,
-                      std::ptrdiff_t begin, std::ptrdiff_t end) {
-  if (dimension == 3) return derivatives_in<3>(elements, s, D, begin, end);
-  derivatives_in<2>(elements, s, D, begin, end);
+void pair_derivatives(int dimension, const ElementArrays& elements, const double* s,
+                      std::ptrdiff_t s_stride, double* D, std::ptrdiff_t begin,
+                      std::ptrdiff_t end) {
+  if (dimension == 3) return derivatives_in<3>(elements, s, s_stride, D, begin, end);
+  derivatives_in<2>(elements, s, s_stride, D, begin, end);
 }
 
 SKINFIELD_VECTOR_CLONES
-double difference_product(const double* xa, const double* xb, const double* ya, const double* yb,
-                          std::ptrdiff_t m) {
-  Four sum{};
-  std::ptrdiff_t j = 0;
-  for (; j + 4 <= m; j += 4) {
-    Four a, b, c, d;
-    load(a, xa + j);
-    load(b, xb + j);
-    load(c, ya + j);
-    load(d, yb + j);
-    sum += (a - b) * (c - d);
+void difference_products(const std::int32_t* a, const std::int32_t* b, std::ptrdiff_t stride,
+                         const double* X, const double* Y, std::ptrdiff_t m, double* s,
+                         std::ptrdiff_t begin, std::ptrdiff_t end) {
+  for (std::ptrdiff_t t = begin; t < end; ++t) {
+    const std::ptrdiff_t ra = a[t * stride] * m, rb = b[t * stride] * m;
+    s[t] = -difference_product(X + ra, X + rb, Y + ra, Y + rb, m);
   }
-  double total = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  for (; j < m; ++j) total += (xa[j] - xb[j]) * (ya[j] - yb[j]);
-  return total;
 }
 
 SKINFIELD_VECTOR_CLONES

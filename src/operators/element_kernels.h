@@ -17,13 +17,16 @@ struct ElementArrays {
 /// pairs in lexicographic order. A: a column a coefficient. dimension: 2 or 3.
 void pair_values(int dimension, const ElementArrays& elements, const double* A, double* value,
                  std::ptrdiff_t begin, std::ptrdiff_t end);
-/// The transpose: from s, the sensitivity of each pair, to D, that of each coefficient.
-void pair_derivatives(int dimension, const ElementArrays& elements, const double* s, double* D,
-                      std::ptrdiff_t begin, std::ptrdiff_t end);
+/// The transpose: from s, the sensitivity of each pair, to D, that of each coefficient. s begins at
+/// element `begin`, and its columns are s_stride apart.
+void pair_derivatives(int dimension, const ElementArrays& elements, const double* s,
+                      std::ptrdiff_t s_stride, double* D, std::ptrdiff_t begin, std::ptrdiff_t end);
 
-/// <x_a - x_b, y_a - y_b> of rows of m entries.
-double difference_product(const double* xa, const double* xb, const double* ya, const double* yb,
-                          std::ptrdiff_t m);
+/// s = -<x_a - x_b, y_a - y_b> of edges [begin, end); rows of X and Y have m entries. The ends of
+/// edge t are a[t * stride] and b[t * stride].
+void difference_products(const std::int32_t* a, const std::int32_t* b, std::ptrdiff_t stride,
+                         const double* X, const double* Y, std::ptrdiff_t m, double* s,
+                         std::ptrdiff_t begin, std::ptrdiff_t end);
 
 /// Rows [begin, end) of Y = A X, with A in compressed rows and m columns in X and Y.
 void multiply_rows(const std::int32_t* start, const std::int32_t* column, const double* value,

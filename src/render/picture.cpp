@@ -235,4 +235,35 @@ Image Picture::draw(const ColourFunction& colour, bool with_skeleton) const {
   return image;
 }
 
+void Picture::draw_extrema(Image& image, int column) const {
+  for (const ExtremumMark& mark : options_.extrema)
+    if (column < 0 || mark.column == column) draw_mark(image, mark);
+}
+
+void Picture::draw_mark(Image& image, const ExtremumMark& mark) const {
+  const Vec3 at = camera_.project(box_.to(mark.position));
+  const Vec3 origin = camera_.perspective ? camera_.eye : camera_.ray_origin(at.x(), at.y());
+  const double depth = at.z();
+  constexpr double near = 1e-3;  // a vertex lies in the triangles around it
+  const bool hidden =
+      scene_->first_hit(origin, camera_.ray_direction(at.x(), at.y()), 0, depth - near).face >= 0;
+  const double radius = std::max(3.0, camera_.width / 160.0), rim = std::max(1.0, radius / 3);
+  const Vec3 light = Vec3::Constant(0.95), dark = Vec3::Constant(0.01);
+  const Vec3 &fill = mark.maximum ? light : dark, &edge = mark.maximum ? dark : light;
+  const int reach = static_cast<int>(std::ceil(radius + rim)) + 1;
+  for (int y = static_cast<int>(at.y()) - reach; y <= static_cast<int>(at.y()) + reach; ++y)
+    for (int x = static_cast<int>(at.x()) - reach; x <= static_cast<int>(at.x()) + reach; ++x) {
+      if (x < 0 || y < 0 || x >= image.width || y >= image.height) continue;
+      // A pixel's share of a disc, from the distance of its middle to the edge.
+      const double d = std::hypot(x + 0.5 - at.x(), y + 0.5 - at.y());
+      const auto share = [d](double r) { return std::clamp(r - d + 0.5, 0.0, 1.0); };
+      const Vec3 below = to_linear(image.at(x, y));
+      const Vec3 inside = hidden ? below : fill;
+      const Vec3 ring = hidden ? fill : edge;
+      const double outer = share(radius + rim), inner = share(radius);
+      if (outer > 0)
+        image.set(x, y, to_srgb((1 - outer) * below + (outer - inner) * ring + inner * inside));
+    }
+}
+
 }  // namespace skinfield::render_detail

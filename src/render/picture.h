@@ -33,6 +33,8 @@ class Picture {
   Picture(const Points& V, const Triangles& F, const RenderOptions& options, bool keep_hits);
 
   Image draw(const ColourFunction& colour, bool with_skeleton) const;
+  /// The extrema of one column, or (-1) of all.
+  void draw_extrema(Image& image, int column) const;
 
  private:
   struct Hit {
@@ -42,6 +44,7 @@ class Picture {
   void trace_row(const RayScene& scene, int y, std::span<Hit> hits) const;
   Vec3 body_colour(const Hit& hit, double x, double y, const ColourFunction& colour) const;
   Vec3 bone_colour_at(const Hit& hit, double x, double y) const;
+  void draw_mark(Image& image, const ExtremumMark& mark) const;
   Vec3 lit(const Surface& surface, const Hit& hit, const Vec3& direction, const Vec3& base,
            double gloss) const;
 

@@ -136,7 +136,9 @@ Image render_heat_map(const Points& V, const Triangles& F, const Vector& weight,
   require_drawable(V, F, options);
   require_rows(weight.rows(), V, "the weight column");
   const Picture picture(V, F, options, false);
-  return picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, true);
+  Image image = picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, true);
+  picture.draw_extrema(image, -1);
+  return image;
 }
 
 Image render_dominant(const Points& V, const Triangles& F, const SparseRows& W,
@@ -145,7 +147,9 @@ Image render_dominant(const Points& V, const Triangles& F, const SparseRows& W,
   require_rows(W.rows(), V, "the weight matrix");
   const Points colours = dominant_colours(W);
   const Picture picture(V, F, options, false);
-  return picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
+  Image image = picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
+  picture.draw_extrema(image, -1);
+  return image;
 }
 
 Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows& W,
@@ -186,21 +190,31 @@ Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows
   };
 
   const Points colours = dominant_colours(W);
-  place(0, picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true),
-        "all bones");
+  Image all = picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
+  picture.draw_extrema(all, -1);
+  place(0, all, "all bones");
   const Eigen::SparseMatrix<double> by_column = W;
   for (int j = 0; j < bones; ++j) {
     options.progress("contact sheet", static_cast<double>(j) / bones);
     const Vector weight = by_column.col(j);
     const std::string name = names.empty() ? std::to_string(j) : names[static_cast<std::size_t>(j)];
-    place(j + 1, picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, false),
-          name);
+    Image tile = picture.draw([&](const SurfacePoint& p) { return heat_at(p, weight); }, false);
+    picture.draw_extrema(tile, j);
+    place(j + 1, tile, name);
   }
   if (!options.caption.empty()) {
     const std::string line = shortened(options.caption, options.width - 4 * grid.gap, 2);
     draw_text(image, 2 * grid.gap, image.height - caption_height, line, ink, 2);
   }
   return image;
+}
+
+Image render_vertex_colours(const Points& V, const Triangles& F, const Points& colours,
+                            const RenderOptions& options) {
+  require_drawable(V, F, options);
+  require_rows(colours.rows(), V, "the colour table");
+  const Picture picture(V, F, options, false);
+  return picture.draw([&](const SurfacePoint& p) { return blended(p, colours); }, true);
 }
 
 Image render_posed(const Points& V, const Triangles& F, const Points& colours,

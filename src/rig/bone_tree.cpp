@@ -2,6 +2,7 @@
 
 #include "skinfield/base/error.h"
 
+#include <algorithm>
 #include <deque>
 #include <string>
 
@@ -95,6 +96,13 @@ BoneTree bone_tree(const Skeleton& skeleton) {
   }
   BoneTree tree;
   return as_in_file(skeleton, tree) ? tree : from_first_joints(skeleton);
+}
+
+int first_bone_column(const Skeleton& skeleton) {
+  const auto regions =
+      std::count_if(skeleton.handles.begin(), skeleton.handles.end(),
+                    [](const Handle& handle) { return handle.kind == Handle::Kind::region; });
+  return skeleton.columns - static_cast<int>(regions) - static_cast<int>(skeleton.bones.size());
 }
 
 }  // namespace skinfield

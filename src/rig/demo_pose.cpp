@@ -21,7 +21,7 @@ std::vector<Place> places(const Skeleton& skeleton) {
   std::vector<int> parent(columns, -1), order;
   if (skeleton.source == Skeleton::Source::tgf) {
     const BoneTree tree = bone_tree(skeleton);
-    const int points = skeleton.columns - static_cast<int>(skeleton.bones.size());
+    const int points = first_bone_column(skeleton);
     for (const int e : tree.order) {
       order.push_back(points + e);
       if (tree.parent[at(e)] >= 0) parent[at(points + e)] = points + tree.parent[at(e)];

@@ -62,8 +62,8 @@ std::vector<Transform> bind_transforms(const Skeleton& skeleton) {
 
 std::vector<Transform> tgf_transforms(const Skeleton& skeleton, const Pose& pose) {
   std::vector<Transform> columns(at(skeleton.columns), Transform::Identity());
-  const std::size_t points = columns.size() - skeleton.bones.size();
-  for (std::size_t i = 0; i < points; ++i) {
+  const std::size_t points = at(first_bone_column(skeleton));
+  for (std::size_t i = 0; i < columns.size(); ++i) {
     columns[i] = change_about(pose.joints[i], skeleton.handles[i].point);
   }
   const BoneTree tree = bone_tree(skeleton);
@@ -159,7 +159,7 @@ Pose pose_from_quaternions(const Skeleton& skeleton, std::span<const double> xyz
                      "give 4 numbers (x y z w) for each of the " +
                          std::to_string(pose.joints.size()) + " handles");
   }
-  const std::size_t first = pose.joints.size() - count;
+  const std::size_t first = bones_only ? at(first_bone_column(skeleton)) : 0;
   for (std::size_t k = 0; k < count; ++k) {
     const Eigen::Quaterniond q(xyzw[4 * k + 3], xyzw[4 * k], xyzw[4 * k + 1], xyzw[4 * k + 2]);
     const double norm = q.norm();

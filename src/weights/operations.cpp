@@ -63,6 +63,20 @@ Normalised normalise(const SkinWeights& weights) {
   return result;
 }
 
+RowMatrix interpolate(const SkinWeights& weights, const RowMatrix& data) {
+  if (data.rows() != weights.W.cols()) {
+    throw InputError("the data have " + std::to_string(data.rows()) + " rows for " +
+                         std::to_string(weights.W.cols()) + " columns of weights",
+                     "interpolate");
+  }
+  const Normalised normalised = normalise(weights);
+  if (!normalised.empty_rows.empty()) {
+    throw InputError("vertex " + std::to_string(normalised.empty_rows.front()) + " has no weights",
+                     "interpolate", "bind the mesh first");
+  }
+  return normalised.weights.W * data;
+}
+
 Pruned prune(const SkinWeights& weights, const PruneOptions& options) {
   if (options.max_influences < 0) throw InputError("negative number of influences", "prune");
   if (!(options.epsilon >= 0 && options.epsilon <= 1)) {

@@ -161,5 +161,27 @@ TEST(Report, EnergiesAreInFileUnits) {
               1e-3 * small_energy);
 }
 
+TEST(AddRegions, NamesMergedVerticesBehindTheOtherHandles) {
+  Asset asset = two_parts();
+  Character& c = asset.characters[0];
+  RowMatrix regions = RowMatrix::Zero(16, 2);
+  // The whole near box: the corner that it shares belongs to it, whichever input names it.
+  regions.col(0).head(8).setOnes();
+  regions(0, 1) = regions(15, 1) = 1;
+  add_regions(c, sparse_weights(regions, {"near", "ends"}));
+  ASSERT_EQ(c.skeleton.handles.size(), 4u);
+  EXPECT_EQ(c.skeleton.columns, 4);
+  EXPECT_EQ(c.skeleton.column, (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(c.skeleton.column_names.back(), "ends");
+  EXPECT_EQ(c.skeleton.handles[2].vertices.size(), 8u);
+  const Handle& ends = c.skeleton.handles[3];
+  EXPECT_EQ(ends.kind, Handle::Kind::region);
+  EXPECT_EQ(ends.vertices, (std::vector<int>{c.vertex_of_input[0], c.vertex_of_input[15]}));
+  EXPECT_LT((ends.point -
+             0.5 * (c.mesh.V.row(ends.vertices[0]) + c.mesh.V.row(ends.vertices[1])).transpose())
+                .norm(),
+            1e-15);
+}
+
 }  // namespace
 }  // namespace skinfield

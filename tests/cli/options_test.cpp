@@ -180,5 +180,32 @@ TEST(Options, BindsInPlace) {
     EXPECT_EQ(name.find(".part"), std::string::npos) << name;
 }
 
+TEST(Options, ExtremaAreMarkedInPicturesOfWeights) {
+  const BoxFolder folder;
+  std::string monotone, bumpy;
+  for (int v = 0; v < 20; ++v) {
+    const double w = 0.25 * (v / 4) + (v == 9 ? 0.4 : 0);
+    bumpy += std::to_string(1 - w) + "," + std::to_string(w) + "\n";
+    monotone += std::to_string(1 - 0.25 * (v / 4)) + "," + std::to_string(0.25 * (v / 4)) + "\n";
+  }
+  write_file(folder / "bumpy.csv", bumpy);
+  write_file(folder / "monotone.csv", monotone);
+  const auto drawn = [&](const std::string& weights, const std::vector<std::string>& more) {
+    std::vector<std::string> all{"render", "box.obj", "--weights", weights,    "-o",
+                                 "w.png",  "--width", "128",       "--height", "96"};
+    all.insert(all.end(), more.begin(), more.end());
+    return expect_runs(folder, all).err;
+  };
+  drawn("bumpy.csv", {});
+  const std::string without = read_file(folder / "w.png");
+  EXPECT_NE(drawn("bumpy.csv", {"--extrema"}).find("2 local extrema"), std::string::npos);
+  EXPECT_NE(read_file(folder / "w.png"), without);
+  EXPECT_NE(drawn("monotone.csv", {"--extrema"}).find("0 local extrema"), std::string::npos);
+  expect_refused(folder,
+                 {"render", "box.obj", "--weights", "bumpy.csv", "--extrema", "--kind", "posed",
+                  "-o", "w.png"},
+                 2, {"--extrema", "posed"});
+}
+
 }  // namespace
 }  // namespace skinfield_test

@@ -269,5 +269,28 @@ TEST(PointDomain, StopsWhenAsked) {
   EXPECT_THROW(PointDomain(sphere_mesh(0.5), axis(), small(), {}, progress), Cancelled);
 }
 
+TEST(PointDomain, RegionsHoldNodesJustInside) {
+  const Mesh box = fine_box({0, 0, 0}, {1, 0.2, 0.2}, {40, 8, 8});
+  Handle low, high;
+  low.kind = high.kind = Handle::Kind::region;
+  for (int v = 0; v < box.V.rows(); ++v) {
+    if (box.V(v, 0) == 0) low.vertices.push_back(v);
+    if (box.V(v, 0) == 1) high.vertices.push_back(v);
+  }
+  ASSERT_EQ(low.vertices.size(), 81u);
+  for (const Mesh& mesh : {box, turned_inside_out(box)}) {
+    const PointDomain domain(mesh, {low, high}, small(600));
+    const FixedRows& fixed = domain.fixed();
+    ASSERT_FALSE(fixed.node.empty());
+    EXPECT_LT(fixed.node.size(), 2 * 81u) << "nearer to each other than the nodes can tell apart";
+    for (std::size_t k = 0; k < fixed.node.size(); ++k) {
+      const double x = domain.nodes()(fixed.node[k], 0);
+      EXPECT_NEAR(std::min(x, 1 - x), 0, 2e-4);
+      EXPECT_TRUE(domain.solid().inside(Vec3(domain.nodes().row(fixed.node[k]))));
+      EXPECT_EQ(fixed.weights(static_cast<Eigen::Index>(k), x < 0.5 ? 0 : 1), 1);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace skinfield

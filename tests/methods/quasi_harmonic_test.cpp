@@ -18,9 +18,12 @@
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 namespace skinfield {
 namespace {
@@ -130,6 +133,54 @@ TEST(QuasiHarmonic, GradientInThePlane) {
   expect_gradient(grid_case(8), false, false);
   expect_gradient(grid_case(8), true, false);
   expect_gradient(grid_case(8), false, true);
+}
+
+/// A random order of 0 to count - 1.
+std::vector<int> shuffled(Eigen::Index count) {
+  std::vector<int> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  Random random(5);
+  for (std::size_t i = order.size(); i > 1; --i) {
+    std::swap(order[i - 1],
+              order[static_cast<std::size_t>(random.uniform() * static_cast<double>(i))]);
+  }
+  return order;
+}
+
+TEST(QuasiHarmonic, NumbersOfNodesAndElementsDoNotMatter) {
+  const Case one = box_case(3);
+  const std::vector<int> node = shuffled(one.mesh.V.rows()), tet = shuffled(one.mesh.T.rows());
+  std::vector<int> place(node.size());
+  for (std::size_t i = 0; i < node.size(); ++i) {
+    place[static_cast<std::size_t>(node[i])] = static_cast<int>(i);
+  }
+  Case other = one;
+  other.mesh.V = one.mesh.V(node, Eigen::all);
+  other.M = one.M(node);
+  other.mesh.T = one.mesh.T(tet, Eigen::all);
+  for (std::int32_t& v : other.mesh.T.reshaped()) v = place[static_cast<std::size_t>(v)];
+  std::vector<std::pair<int, int>> rows;
+  for (int k = 0; k < 3; ++k) {
+    rows.emplace_back(place[static_cast<std::size_t>(one.fixed.node[static_cast<std::size_t>(k)])],
+                      k);
+  }
+  std::sort(rows.begin(), rows.end());
+  for (std::size_t k = 0; k < 3; ++k) {
+    other.fixed.node[k] = rows[k].first;
+    other.fixed.weights.row(static_cast<Eigen::Index>(k)) = one.fixed.weights.row(rows[k].second);
+  }
+  QuasiHarmonicOptions options;
+  options.max_iterations = 8;
+  const QuasiHarmonicResult a = one.solve(options), b = other.solve(options);
+  EXPECT_LT((a.W(node, Eigen::all) - b.W).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((a.unprojected(node, Eigen::all) - b.unprojected).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((a.condition(tet) - b.condition).cwiseAbs().maxCoeff(), 1e-4);
+  // Directions have no sign, and none is preferred where the condition is near 1.
+  const Points turned = a.direction(tet, Eigen::all);
+  for (Eigen::Index e = 0; e < turned.rows(); ++e) {
+    if (b.condition[e] < 1.1) continue;
+    EXPECT_NEAR(std::abs(turned.row(e).dot(b.direction.row(e))), 1, 1e-4);
+  }
 }
 
 TEST(QuasiHarmonic, TensorsHaveBoundedCondition) {

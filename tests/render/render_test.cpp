@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -252,6 +253,50 @@ TEST(Render, RefusesWhatCannotBeDrawn) {
   RenderOptions options;
   options.progress.cancelled = [] { return true; };
   EXPECT_THROW(render_posed(mesh.V, mesh.F, {}, options), Cancelled);
+}
+
+TEST(Extrema, AreDiscsInFrontAndRingsBehind) {
+  const Mesh ball = sphere(24, 48);
+  const Vector half = Vector::Constant(ball.V.rows(), 0.45);
+  const RenderOptions plain = frontal(96);
+  const Image without = render_heat_map(ball.V, ball.F, half, plain);
+  const auto brightness = [](const Image& image, int x, int y) {
+    const Rgb8 c = image.at(x, y);
+    return c[0] + c[1] + c[2];
+  };
+  for (const bool maximum : {true, false}) {
+    for (const bool front : {true, false}) {
+      RenderOptions options = plain;
+      options.extrema = {{Vec3(0, 0, front ? 1 : -1), 0, maximum}};
+      const Image with = render_heat_map(ball.V, ball.F, half, options);
+      const int middle = brightness(with, 48, 48), before = brightness(without, 48, 48);
+      EXPECT_EQ(middle - before > 0, front && maximum);
+      EXPECT_EQ(middle - before < 0, front && !maximum);
+      // Elsewhere nothing changes.
+      EXPECT_EQ(with.at(48, 20), without.at(48, 20));
+      EXPECT_NE(with.rgb, without.rgb);
+    }
+  }
+}
+
+TEST(Extrema, OfAColumnAreInItsTileAndTheFirst) {
+  const Mesh ball = sphere(12, 24);
+  RowMatrix W(ball.V.rows(), 2);
+  W.setConstant(0.5);
+  const SparseRows sparse = W.sparseView();
+  RenderOptions options = frontal(200);
+  options.width = 300;
+  const ContactSheetOptions row{.columns = 3, .tile_aspect = 1};
+  const Image without = render_contact_sheet(ball.V, ball.F, sparse, {}, options, row);
+  options.extrema = {{Vec3(0, 0, 1), 1, true}};
+  const Image with = render_contact_sheet(ball.V, ball.F, sparse, {}, options, row);
+  std::array<int, 3> changed{};
+  for (int y = 0; y < with.height; ++y)
+    for (int x = 0; x < with.width; ++x)
+      changed[static_cast<std::size_t>(std::min(x / 100, 2))] += with.at(x, y) != without.at(x, y);
+  EXPECT_GT(changed[0], 0);
+  EXPECT_EQ(changed[1], 0);
+  EXPECT_EQ(changed[2], changed[0]);
 }
 
 }  // namespace

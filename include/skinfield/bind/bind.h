@@ -58,6 +58,7 @@ struct BindOptions {
   std::optional<Boundary> boundary;  ///< of geometric fields [natural, or as resumed]
   std::shared_ptr<const FieldFile> resume;  ///< a saved geometric field to go on from
   bool keep_field = false;                  ///< give the field's state back, to be saved
+  bool keep_tensors = false;                ///< give the elements' tensors back
   std::optional<Paint> paint;
   std::optional<SkinWeights> start;  ///< over input vertices, all columns
   std::vector<int> locked_columns;   ///< kept from `start`
@@ -108,10 +109,20 @@ struct BindReport {
   std::vector<std::string> warnings;
 };
 
+/// The metric that the weights are harmonic in, on the elements that were solved on.
+struct TensorField {
+  Points nodes;  ///< (N,3) in file units
+  /// (e,4) or (e,3) rows of `nodes`.
+  Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> elements;
+  Points direction;  ///< (e,3) unit, of the largest eigenvalue; zero in degenerate elements
+  Vector condition;  ///< (e) largest over smallest eigenvalue
+};
+
 struct BindResult {
   SkinWeights weights;  ///< (input vertices, columns)
   BindReport report;
   std::optional<FieldFile> field;              ///< if BindOptions::keep_field
+  std::optional<TensorField> tensors;          ///< if BindOptions::keep_tensors
   std::shared_ptr<const SolvedDomain> solved;  ///< for transfer to other meshes
 };
 

@@ -26,4 +26,13 @@ void give_skeleton(Character& character, const Skeleton& skeleton);
 /// @throws InputError where no joint deforms.
 void make_handles(Character& character, const JointOptions& options = {});
 
+/// Sets of vertices as handles, behind those that the character has: a column of `regions`
+/// (n_input, m) each, 1 where the vertex belongs to it and 0 elsewhere. Vertices of equal position
+/// belong together; a vertex of k regions is shared by them, 1/k each. Names are those of
+/// `regions`, else region_0, region_1, ... Behind a glTF's joints each becomes a root joint at the
+/// mean of its vertices.
+/// @throws InputError where the rows are not the character's vertices, an entry is neither 0 nor 1,
+/// or a region has no vertex.
+void add_regions(Character& character, const SkinWeights& regions);
+
 }  // namespace skinfield

@@ -53,8 +53,9 @@ struct MethodFacts {
   bool on_field = false;   ///< or as a field of its own inside the shape
   bool needs_elements = false;  ///< of the domain: tetrahedra or triangles
   bool uses_mass = false;
-  bool starts = false;  ///< a warm start from given weights means something
-  bool locks = true;    ///< can keep given columns
+  bool starts = false;   ///< a warm start from given weights means something
+  bool locks = true;     ///< can keep given columns
+  bool tensors = false;  ///< solves for a tensor an element, which can be had
   /// Its choices, the default first; empty: solved directly, without tolerance or iterations.
   std::vector<SolverFacts> solvers = {};
 

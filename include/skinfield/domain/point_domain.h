@@ -45,6 +45,9 @@ struct PointDomainFacts {
 /// Dense samples of handles regardless of the shape, for finding out where inside is: both ends
 /// of every segment and at least `per_segment` points.
 Points probe_handles(const std::vector<Handle>& handles, double spacing);
+/// The same of regions, whose vertices are on the surface: a little way in from there, where the
+/// triangles' (or a point cloud's) normals point outward.
+Points probe_regions(const Mesh& mesh, const std::vector<Handle>& handles);
 
 class PointDomain : public Domain {
  public:

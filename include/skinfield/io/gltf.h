@@ -59,4 +59,8 @@ std::string format_gltf(const Asset& source, std::span<const SkinWeights> weight
                         const GltfWriteOptions& options = {},
                         const std::filesystem::path& folder = {});
 
+/// The meshes alone with a colour a vertex: no skin, nothing of the source's document. colours:
+/// (n_input,3) linear RGB from 0 to 1, a matrix a character. Throws InputError where sizes differ.
+std::string format_coloured_gltf(const Asset& source, std::span<const Points> colours, bool binary);
+
 }  // namespace skinfield

@@ -43,8 +43,11 @@ Asset asset_from(MeshFile file, const std::string& name, const ReadOptions& opti
 /// Throws InputError for another extension, IoError where the file cannot be written.
 void write_mesh(const std::filesystem::path& path, const Points& V, const Triangles& F,
                 const Points& N = {});
-std::string format_obj(const Points& V, const Triangles& F, const Points& N = {});
-std::string format_ply(const Points& V, const Triangles& F, const Points& N = {});
+/// colours: (n,3) sRGB from 0 to 1, or empty: behind the positions of an OBJ, as bytes in a PLY.
+std::string format_obj(const Points& V, const Triangles& F, const Points& N = {},
+                       const Points& colours = {});
+std::string format_ply(const Points& V, const Triangles& F, const Points& N = {},
+                       const Points& colours = {});
 std::string format_off(const Points& V, const Triangles& F, const Points& N = {});
 
 }  // namespace skinfield

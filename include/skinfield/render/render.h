@@ -27,6 +27,13 @@ struct SkeletonOverlay {
 /// transforms from the bind pose to the pose: world * inverse bind.
 SkeletonOverlay skeleton_overlay(const Skeleton& skeleton, std::span<const Transform> columns = {});
 
+/// A local extremum of a weight column.
+struct ExtremumMark {
+  Vec3 position = Vec3::Zero();
+  int column = 0;
+  bool maximum = true;
+};
+
 struct RenderOptions {
   int width = 960, height = 720;
   int samples_per_side = 3;  ///< 1..4, squared: the samples a pixel
@@ -35,7 +42,10 @@ struct RenderOptions {
   double crease = 55;        ///< degrees between faces from which an edge looks sharp
   Points normals;            ///< (n,3) of a point cloud, or empty: discs face the viewer
   SkeletonOverlay skeleton;  ///< empty: none
-  std::string caption;       ///< a line at the lower border, or empty
+  /// In pictures of weights: maxima as light discs, minima as dark ones, rings where the body
+  /// hides them. A contact sheet has each in its column's tile, and all in the first.
+  std::vector<ExtremumMark> extrema;
+  std::string caption;  ///< a line at the lower border, or empty
   Progress progress;
 };
 
@@ -62,6 +72,10 @@ struct ContactSheetOptions {
 Image render_contact_sheet(const Points& V, const Triangles& F, const SparseRows& W,
                            const std::vector<std::string>& names, const RenderOptions& options = {},
                            const ContactSheetOptions& sheet = {});
+
+/// Linear RGB per vertex (n,3), between them interpolated.
+Image render_vertex_colours(const Points& V, const Triangles& F, const Points& colours,
+                            const RenderOptions& options = {});
 
 /// A shaded (posed) mesh. colours: linear RGB per face (f,3), per vertex (n,3), one row for all,
 /// or empty for a neutral grey; where f = n they are taken per face.

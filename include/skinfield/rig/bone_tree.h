@@ -18,4 +18,7 @@ struct BoneTree {
 /// Throws InputError for a bone that names a joint that does not exist.
 BoneTree bone_tree(const Skeleton& skeleton);
 
+/// The column of a TGF's first bone: its points come before, regions behind the bones.
+int first_bone_column(const Skeleton& skeleton);
+
 }  // namespace skinfield

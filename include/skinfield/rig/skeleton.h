@@ -36,7 +36,7 @@ struct Handle {
   std::string name;
   int joint = -1;                               ///< skin joint it moves, -1 for TGF handles
   std::vector<std::pair<Vec3, Vec3>> segments;  ///< bone: at least one, none of zero length
-  Vec3 point = Vec3::Zero();                    ///< point handles
+  Vec3 point = Vec3::Zero();                    ///< point handles; a region's mean
   std::vector<int> vertices;                    ///< region handles: mesh vertices
 };
 

@@ -21,6 +21,11 @@ struct Normalised {
 /// Negative and non-finite entries become zero, every row that has anything left sums to 1.
 Normalised normalise(const SkinWeights& weights);
 
+/// (n,k) what `data` (m,k) says for each column, spread by the weights: every row a mean of data's
+/// rows. Weights are normalised first.
+/// Throws InputError if the sizes differ or a row has no weights.
+RowMatrix interpolate(const SkinWeights& weights, const RowMatrix& data);
+
 struct PruneOptions {
   int max_influences = 0;  ///< entries a row may keep; 0 = any number
   double epsilon = 0;      ///< entries below this share of their row go

@@ -34,6 +34,9 @@ struct WeightStatistics {
 /// `columns`: the ones that should bind something (those of the deforming joints); empty = all.
 WeightStatistics weight_statistics(const SkinWeights& weights, std::span<const int> columns = {});
 
+/// What reports and pictures call an extremum: smaller ones are of no account.
+constexpr double extremum_tolerance = 1e-4;
+
 struct Extremum {
   int vertex = -1, column = -1;
   bool maximum = false;
