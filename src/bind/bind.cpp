@@ -120,7 +120,8 @@ std::string name_of(Rung rung) {
   return "";
 }
 
-BindResult bind(const Character& given, const BindOptions& options, const Progress& progress) {
+BindResult bind(const Character& given, const BindOptions& wanted, const Progress& progress) {
+  BindOptions options = wanted;
   check_input(given, options);
   check_method(options, given);
   BindResult result;
@@ -163,14 +164,15 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
   find_symmetry(options, *solved, report);
 
   progress("domain", 0);
-  const MethodFacts& method = facts_of(options.method);
-  if (method.on_field) {
+  if (facts_of(options.method).on_field) {
     if (options.keep_field) result.field.emplace();
-    solve_field(options, conditions, *solved, report, result.field ? &*result.field : nullptr,
-                progress);
+    if (!solve_field(options, conditions, *solved, report, result.field ? &*result.field : nullptr,
+                     progress))
+      options = options_below_field(options);
     watch.lap("solve");
-  } else {
-    if (method.on_domain)
+  }
+  if (!solved->field) {
+    if (facts_of(options.method).on_domain)
       build_domain(options, character, conditions, *solved, report, progress);
     else
       use_own_vertices(conditions, *solved);

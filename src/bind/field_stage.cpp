@@ -89,10 +89,10 @@ void describe(const GeometricFieldsResult& result, BindReport& report) {
                            {"passengers", facts.vertices.passengers}};
 }
 
-}  // namespace
-
-void solve_field(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
-                 BindReport& report, FieldFile* saved, const Progress& progress) {
+void solve_inside(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
+                  BindReport& report, FieldFile* saved, const Progress& progress) {
+  if (report.input.planar && solved.scaled.mesh.F.rows() > 0)
+    throw DomainError("a flat shape has no inside");
   const GeometricFieldsOptions method = field_options(options);
   PaintedVertices paint = painted_vertices(conditions);
   if (options.resume) {
@@ -121,6 +121,32 @@ void solve_field(const BindOptions& options, const Conditions& conditions, Solve
     saved->settings = settings_of(method);
   }
   solved.field = std::move(result.field);
+}
+
+}  // namespace
+
+bool solve_field(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
+                 BindReport& report, FieldFile* saved, const Progress& progress) {
+  try {
+    solve_inside(options, conditions, solved, report, saved, progress);
+    return true;
+  } catch (const DomainError& error) {
+    if (saved || options.resume)
+      throw DomainError(error.message() + ": there is no field", error.where(),
+                        "leave --save-field and --resume out");
+    report.warnings.push_back(error.message() +
+                              ": the weights are bounded biharmonic ones on the surface");
+    return false;
+  }
+}
+
+BindOptions options_below_field(const BindOptions& options) {
+  BindOptions below = options;
+  below.method = Method::bounded_biharmonic;
+  below.solver = skinfield::Solver::automatic;
+  below.domain = BindOptions::DomainKind::surface;
+  below.tolerance = 0;  // the field's means something else
+  return below;
 }
 
 }  // namespace skinfield

@@ -1,5 +1,6 @@
 #include "skinfield/methods/geometric_fields.h"
 
+#include "domain/inside_check.h"
 #include "domain/stage_clock.h"
 #include "methods/field_impl.h"
 #include "methods/field_levels.h"
@@ -147,6 +148,7 @@ GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& hand
                      {},
                      {},
                      false}) {
+  check_has_inside(impl_->solid, impl_->mesh);
   impl_->softplus = options.solver != GeometricFieldsOptions::Solver::convex;
   impl_->conditions.emplace(impl_->solid, impl_->mesh, handles, paint,
                             options.boundary == GeometricFieldsOptions::Boundary::neumann);

@@ -71,6 +71,24 @@ TEST(GeometricFieldsVerb, PaintComesInWhenResumed) {
   EXPECT_GT(after(4, 1), before(4, 1)) << "the neighbours feel it";
 }
 
+TEST(GeometricFieldsVerb, WithoutAnInsideTheSurfaceStandsIn) {
+  const BoxFolder folder;
+  write_file(folder / "flat.obj",
+             "v 0 0 0\nv 2 0 0\nv 4 0 0\nv 0 1 0\nv 2 1 0\nv 4 1 0\n"
+             "f 1 2 5 4\nf 2 3 6 5\n");
+  auto flat = field_of_box({"--json"});
+  flat[1] = "flat.obj";
+  const Json report = Json::parse(expect_runs(folder, flat).out);
+  EXPECT_EQ(report["domain"]["rung"], "surface");
+  EXPECT_EQ(report["domain"]["kind"], "tris");
+  EXPECT_FALSE(report["warnings"].empty());
+  EXPECT_GT(weights(folder)(0, 0), 0.5);
+  flat = field_of_box({"--save-field", "a.sfield"});
+  flat[1] = "flat.obj";
+  flat[7] = "out.glb";
+  expect_refused(folder, flat, 4, {"flat.obj", "no inside", "--save-field"});
+}
+
 TEST(GeometricFieldsVerb, SaysWhatDoesNotFit) {
   const BoxFolder folder;
   expect_runs(folder, field_of_box({"--nodes", "300", "--save-field", "a.sfield"}));

@@ -62,7 +62,7 @@ struct GeometricFieldsFacts {
 /// A field that can be evaluated anywhere. Positions in the unit box. Owns all that it needs.
 class GeometricField {
  public:
-  /// @throws DomainError if the shape has no volume or nothing binds it.
+  /// @throws DomainError if the shape has no inside worth the name or nothing binds it.
   GeometricField(const Mesh& mesh, const std::vector<Handle>& handles, const PaintedVertices& paint,
                  const GeometricFieldsOptions& options, const Progress& progress = {});
   ~GeometricField();
