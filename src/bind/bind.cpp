@@ -166,8 +166,8 @@ BindResult bind(const Character& given, const BindOptions& wanted, const Progres
   progress("domain", 0);
   if (facts_of(options.method).on_field) {
     if (options.keep_field) result.field.emplace();
-    if (!solve_field(options, conditions, *solved, report, result.field ? &*result.field : nullptr,
-                     progress))
+    if (!solve_field(options, character.skeleton, conditions, *solved, report,
+                     result.field ? &*result.field : nullptr, progress))
       options = options_below_field(options);
     watch.lap("solve");
   }
@@ -244,11 +244,12 @@ BindResult bind(const Character& given, const BindOptions& wanted, const Progres
 }
 
 SkinWeights transfer(const SolvedDomain& solved, const Character& target,
-                     std::map<std::string, std::int64_t>* vertices_filled) {
+                     std::map<std::string, std::int64_t>* vertices_filled,
+                     std::map<std::string, std::int64_t>* field_vertices) {
   const Points X = solved.scaled.box.to(target.mesh.V);
   const Points N = target.mesh.F.rows() > 0 ? vertex_normals(X, target.mesh.F) : target.mesh.N;
   std::vector<Fill> fill;
-  const RowMatrix rows = solved.at(X, N, nullptr, fill);
+  const RowMatrix rows = solved.at_surface(X, target.mesh.F, N, fill, field_vertices);
   if (vertices_filled) count_fills(fill, *vertices_filled);
   return prune(solved.to_columns(rows, target.vertex_of_input),
                {.max_influences = solved.max_influences, .epsilon = solved.prune})

@@ -96,6 +96,14 @@ void check_resumable(const FieldState& state, const char* solver, Eigen::Index c
     fail("it is at a level that these options do not have");
 }
 
+/// The paper's radii: half of sigma.
+ConditionRadii radii_of(const KernelField& kernel, const GeometricFieldsOptions& options,
+                        const FieldState& state) {
+  const bool neumann = options.boundary == GeometricFieldsOptions::Boundary::neumann;
+  const double radius = radius_share * kernel.sigma();
+  return {radius, radius, neumann ? state.neumann_radius : 0};
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, double>> settings_of(const GeometricFieldsOptions& o) {
@@ -161,6 +169,20 @@ GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& hand
 GeometricField::~GeometricField() = default;
 GeometricField::GeometricField(GeometricField&&) noexcept = default;
 
+std::shared_ptr<GeometricField> restore_field(const Mesh& mesh, const std::vector<Handle>& handles,
+                                              const PaintedVertices& paint,
+                                              const GeometricFieldsOptions& options,
+                                              const FieldState& state, const Progress& progress) {
+  auto restored = std::make_shared<GeometricField>(mesh, handles, paint, options, progress);
+  GeometricField::Impl& field = restored->impl();
+  check_resumable(state, name_of(options.solver),
+                  static_cast<Eigen::Index>(field.conditions->bound().size()), state.counts.size());
+  field.kernel.emplace(field.solid, field.solid.sites(state.X), options.kernel);
+  field.F = state.F;
+  field.conditions->set_radii(radii_of(*field.kernel, options, state));
+  return restored;
+}
+
 GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handle>& handles,
                                        const PaintedVertices& paint,
                                        const GeometricFieldsOptions& options,
@@ -208,15 +230,13 @@ GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handl
     else
       solver.enter(level, std::move(here), progress);
     clock.lap("prolong");
-    // The paper's radii: half of sigma; Neumann's stays what it is on the paper's first level.
+    // Neumann's radius stays what it is on the paper's first level.
     const KernelField& kernel = *field.kernel;
     if (!(state.neumann_radius > 0)) {
       const double ratio = std::cbrt(static_cast<double>(kernel.points().size()) / paper_first);
       state.neumann_radius = radius_share * kernel.sigma() * std::min(1.0, ratio);
     }
-    result.facts.radii = {
-        radius_share * kernel.sigma(), radius_share * kernel.sigma(),
-        options.boundary == GeometricFieldsOptions::Boundary::neumann ? state.neumann_radius : 0};
+    result.facts.radii = radii_of(kernel, options, state);
     field.conditions->set_radii(result.facts.radii);
     const bool finest = level + 1 == static_cast<int>(state.counts.size());
     if (!solver.solve(level, finest, clock, progress)) break;

@@ -3,6 +3,7 @@
 #include "skinfield/base/error.h"
 #include "skinfield/bind/handles.h"
 #include "skinfield/io/io.h"
+#include "skinfield/io/sfield.h"
 #include "support/data.h"
 
 namespace skinfield {
@@ -75,6 +76,47 @@ TEST(FieldStage, AFieldThatIsToBeSavedMustExist) {
   BindOptions options = field();
   options.keep_field = true;
   EXPECT_THROW(bind(character(flat_strip(), three_along_x()), options), DomainError);
+}
+
+TEST(FieldStage, SavedFieldsAreTheSameFunction) {
+  const Character c = character(bar(), bar_bones(2));
+  BindOptions options = field();
+  options.keep_field = true;
+  for (const auto symmetry : {BindOptions::Symmetry::off, BindOptions::Symmetry::x}) {
+    options.symmetry = symmetry;
+    const BindResult result = bound(c, options);
+    const FieldFile file = parse_sfield(format_sfield(*result.field), "test");
+    const auto saved = solved_field(file);
+    std::map<std::string, std::int64_t> filled, evaluated;
+    const SkinWeights own = transfer(*saved, c, &filled, &evaluated);
+    EXPECT_LT(tv(own, result.weights), 1e-12);
+    EXPECT_EQ(own.names, result.weights.names);
+    EXPECT_TRUE(filled.empty());
+    EXPECT_EQ(evaluated["seen"], c.mesh.V.rows());
+    // Clothes around the bar hold on to it.
+    const Character sleeve =
+        character(fine_box({-0.1, -0.1, -0.1}, {1.1, 0.3, 0.3}, {9, 2, 2}), bar_bones(2));
+    const SkinWeights around = transfer(*saved, sleeve, nullptr, &evaluated);
+    EXPECT_EQ(evaluated["passengers"], sleeve.mesh.V.rows());
+    for (Eigen::Index v = 0; v < sleeve.mesh.V.rows(); ++v)
+      EXPECT_GT(around.W.coeff(v, sleeve.mesh.V(v, 0) < 0.5 ? 0 : 1), 0.3);
+  }
+}
+
+TEST(FieldStage, AFieldOfPaintAloneIsSavedToo) {
+  const Character c = character(bar(), {});
+  BindOptions options = field();
+  options.keep_field = true;
+  options.paint = Paint{{}, RowMatrix::Zero(0, 2)};
+  for (int v = 0; v < c.mesh.V.rows(); ++v)
+    if (c.mesh.V(v, 0) < 0.01 || c.mesh.V(v, 0) > 0.99) options.paint->vertex.push_back(v);
+  options.paint->weights.setZero(static_cast<Eigen::Index>(options.paint->vertex.size()), 2);
+  for (std::size_t k = 0; k < options.paint->vertex.size(); ++k)
+    options.paint->weights(static_cast<Eigen::Index>(k),
+                           c.mesh.V(options.paint->vertex[k], 0) > 0.5 ? 1 : 0) = 1;
+  const BindResult result = bound(c, options);
+  const FieldFile file = parse_sfield(format_sfield(*result.field), "test");
+  EXPECT_LT(tv(transfer(*solved_field(file), c), result.weights), 0.02);
 }
 
 TEST(FieldStage, WildMeshesBind) {

@@ -44,7 +44,8 @@ struct FieldEvaluationCounts {
   std::int64_t seen = 0;          ///< the masked kernel, rays from a little way inside
   std::int64_t flood_filled = 0;  ///< from neighbours: outside, or no point in view
   std::int64_t without_rays = 0;  ///< the kernel without visibility
-  std::int64_t passengers = 0;    ///< clothes and shells: from the nearest vertices of the solid
+  std::int64_t passengers = 0;    ///< clothes and shells, and what of another surface lies
+                                  ///< outside: from the nearest vertices of the solid
 };
 
 struct GeometricFieldsFacts {
@@ -70,6 +71,11 @@ class GeometricField {
 
   /// (n,m) rows on the simplex for (n,3) points, unit normals (n,3) or no rows.
   RowMatrix at(const Points& X, const Points& normals, std::vector<Fill>& fill) const;
+  /// The vertices of another surface of the same character (a level of detail, clothes): appendix
+  /// A's order of rescue inside, and what lies outside holds on to the shape's own surface. F may
+  /// have no rows.
+  RowMatrix at_surface(const Points& V, const Triangles& F, const Points& normals,
+                       std::vector<Fill>& fill, FieldEvaluationCounts& counts) const;
   /// The vertices of the mesh, with appendix A's order of rescue. Painted ones have their paint.
   RowMatrix at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts& counts) const;
 
@@ -94,6 +100,14 @@ struct GeometricFieldsResult {
   SolveStats stats;
   GeometricFieldsFacts facts;
 };
+
+/// A field as it was saved, to be evaluated. @param state as geometric_fields gives it for these
+/// arguments. @throws DomainError as GeometricField, InputError if the state does not fit.
+std::shared_ptr<GeometricField> restore_field(const Mesh& mesh, const std::vector<Handle>& handles,
+                                              const PaintedVertices& paint,
+                                              const GeometricFieldsOptions& options,
+                                              const FieldState& state,
+                                              const Progress& progress = {});
 
 /// The options by name and back, for saved fields. Unknown names are ignored.
 std::vector<std::pair<std::string, double>> settings_of(const GeometricFieldsOptions& options);
