@@ -85,7 +85,8 @@ std::string solver_help() {
 std::string tolerance_help() {
   return "When to stop: primal, coupled, decoupled [1e-3]: no weight changes by more; dual [1e-4] "
          "and "
-         "active-set [1e-9]: the certified gap; quasi-harmonic [1e-4]: a round saves less";
+         "active-set [1e-9]: the certified gap; quasi-harmonic [1e-4]: a round saves less; convex "
+         "[1e-2]: no weight changes by more in five passes";
 }
 
 /// Options that the method has no use for are refused, not ignored.
