@@ -45,14 +45,15 @@ void LevelSolver::prolong(const std::vector<Site>& points, std::span<FloatRows* 
 
 void LevelSolver::take_up(const FieldState& saved, std::vector<Site> points,
                           const Progress& progress) {
-  field_.kernel.emplace(field_.solid, points, options_.kernel);
+  field_.kernel.emplace(field_.solid, points, options_.kernel, field_.sampler->grading());
   const auto n = static_cast<Eigen::Index>(field_.kernel->points().size());
   bool same = n == saved.X.rows();
   for (Eigen::Index i = 0; same && i < n; ++i)
     same = field_.kernel->points()[static_cast<std::size_t>(i)].x == saved.X.row(i).transpose();
   field_.F = saved.F;
   if (same) return;
-  field_.kernel.emplace(field_.solid, field_.solid.sites(saved.X), options_.kernel);
+  field_.kernel.emplace(field_.solid, field_.solid.sites(saved.X), options_.kernel,
+                        field_.sampler->grading());
   enter(saved.level, std::move(points), progress);
 }
 
@@ -61,14 +62,15 @@ void LevelSolver::enter(int level, std::vector<Site> points, const Progress& pro
   const std::vector<char>& bound = field_.conditions->bound();
   if (!field_.kernel) {
     const auto n = static_cast<Eigen::Index>(points.size());
-    field_.kernel.emplace(field_.solid, std::move(points), options_.kernel);
+    field_.kernel.emplace(field_.solid, std::move(points), options_.kernel,
+                          field_.sampler->grading());
     const auto columns = static_cast<float>(std::count(bound.begin(), bound.end(), 1));
     field_.F = FloatRows::Zero(n, static_cast<Eigen::Index>(bound.size()));
     if (!field_.softplus)
       for (std::size_t j = 0; j < bound.size(); ++j)
         if (bound[j]) field_.F.col(static_cast<Eigen::Index>(j)).setConstant(1 / columns);
   } else {
-    KernelField finer(field_.solid, std::move(points), options_.kernel);
+    KernelField finer(field_.solid, std::move(points), options_.kernel, field_.sampler->grading());
     std::vector<FloatRows*> all{&field_.F};
     if (state_.first.size() > 0) all.insert(all.end(), {&state_.first, &state_.second});
     prolong(finer.points(), all);

@@ -27,10 +27,13 @@ struct GeometricFieldsOptions {
   Boundary boundary = Boundary::natural;
   SolidOptions::Visibility visibility = SolidOptions::Visibility::counted;
   KernelFieldOptions kernel;
-  int points = 0;              ///< at the finest level; 0: 2^14 for convex, else 2^16
-  double step = 0.5;           ///< finite-difference step h in units of sigma
-  double rows_per_point = 12;  ///< convex: directional rows for each point
-  double near_handles = 0.5;   ///< share of the samples drawn near handles
+  int points = 0;  ///< at the finest level; 0: 2^14 for convex, else 2^16
+  /// Kernels beside short bones are narrower down to this share, and as much denser; 1: all alike,
+  /// as in the paper. 0: a quarter for convex, 1 for adam and adam_pool.
+  double narrowest = 0;
+  double step = 0.5;                              ///< finite-difference step h in units of sigma
+  double rows_per_point = 12;                     ///< convex: directional rows for each point
+  double near_handles = 0.5;                      ///< share of the samples drawn near handles
   double winding_low = 0.1, winding_high = 0.25;  ///< equation 11
   int samples_per_step = 1 << 11;                 ///< adam, adam_pool: M
   double tolerance = 1e-2;  ///< convex: converged where no weight changes by more in five passes
