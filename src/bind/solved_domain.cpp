@@ -129,7 +129,7 @@ RowMatrix SolvedDomain::mirrored_mean(const RowMatrix& W, const RowMatrix& mirro
 
 RowMatrix SolvedDomain::at(const Points& X, const Points& normals, const Interpolation* known,
                            std::vector<Fill>& fill) const {
-  const RowMatrix W = at_once(X, normals, known, fill);
+  RowMatrix W = at_once(X, normals, known, fill);
   if (!symmetric) return W;
   // The mean of the field and its mirror image: exactly symmetric, and a domain can be asked
   // anywhere.

@@ -49,9 +49,9 @@ TEST(FieldFingers, KeepToThemselvesOnAWholeHuman) {
   const int first = handles - 2 * fingers;
   BindOptions options;
   options.method = Method::geometric_fields;
-  options.field_points = 1 << 13;
+  options.field_points = 1 << 12;
   const BindResult result = bound(c, options);
-  const BindResult reference = bound(c, quick(16000));
+  const BindResult reference = bound(c, quick(8000));
   std::vector<int> seen(fingers, 0);
   double apart = 0;
   for (Eigen::Index v = 0; v < c.mesh.V.rows(); ++v) {
