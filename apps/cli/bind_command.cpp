@@ -80,6 +80,9 @@ BindResult bind_naming_file(const std::string& path, const Character& character,
   } catch (const InputError& error) {
     throw InputError(error.message(), error.where().empty() ? path : path + ": " + error.where(),
                      error.remedy());
+  } catch (const DomainError& error) {
+    throw DomainError(error.message(), error.where().empty() ? path : path + ": " + error.where(),
+                      error.remedy());
   }
 }
 

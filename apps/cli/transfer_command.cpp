@@ -5,9 +5,13 @@
 #include "skinfield/bind/triangulate.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/gltf.h"
+#include "skinfield/io/sfield.h"
 #include "skinfield/io/weights_file.h"
 
 #include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <set>
 
 namespace skinfield::cli {
 namespace {
@@ -17,7 +21,48 @@ struct Options {
   SkeletonOptions skeleton;
   int nodes = 0, max_influences = -1;
   std::uint64_t seed = 0;
+  std::set<std::string> given;  ///< names of the options on the command line
 };
+
+BindOptions bind_options(const Options& o, bool gltf) {
+  BindOptions options;
+  options.nodes = o.nodes > 0            ? o.nodes
+                  : o.quality == "draft" ? 2000
+                  : o.quality == "high"  ? 64000
+                                         : 16000;
+  options.seed = o.seed;
+  options.max_influences = o.max_influences >= 0 ? o.max_influences : gltf ? 4 : 0;
+  options.prune = gltf ? 1e-4 : 0;
+  return options;
+}
+
+/// What gives the weights away, and the skeleton that goes with them.
+struct Source {
+  std::shared_ptr<const SolvedDomain> solved;
+  Skeleton skeleton;
+};
+
+Source read_field(const Options& o, const BindOptions& options, const Progress& progress) {
+  for (const char* name : {"--skeleton", "--joints", "--exclude", "--leaf", "--only", "--quality",
+                           "--nodes", "--seed"})
+    if (o.given.contains(name))
+      throw UsageError(fmt::format("{}: {} brings its own (leave it out)", name, o.source));
+  const FieldFile file = read_sfield(o.source);
+  try {
+    return {solved_field(file, options, progress), file.skeleton};
+  } catch (const InputError& error) {
+    throw InputError(error.message(), o.source, "save the field again");
+  }
+}
+
+Source bind_source(const Options& o, const BindOptions& options, const Progress& progress) {
+  const Asset asset = read_characters(o.source, o.skeleton);
+  if (asset.characters.size() != 1)
+    throw UsageError("transfer takes files of one character each (use --only MESH for the source)");
+  const BindResult bound = bind(asset.characters.front(), options, progress);
+  for (const std::string& w : bound.report.warnings) warn(w);
+  return {bound.solved, asset.characters.front().skeleton};
+}
 
 void run(const Options& o, const Common& common) {
   const std::string extension = lower_extension(o.output);
@@ -27,31 +72,23 @@ void run(const Options& o, const Common& common) {
                      ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
   check_outputs({o.output});
   const Progress progress = make_progress(common);
-  const Asset source = read_characters(o.source, o.skeleton);
   SkeletonOptions bare = o.skeleton;
   bare.skeleton.clear();
   bare.only.clear();
   Asset target = read_characters(o.target, bare, false);
-  if (source.characters.size() != 1 || target.characters.size() != 1)
-    throw UsageError("transfer takes files of one character each (use --only MESH for the source)");
-  BindOptions options;
-  options.nodes = o.nodes > 0            ? o.nodes
-                  : o.quality == "draft" ? 2000
-                  : o.quality == "high"  ? 64000
-                                         : 16000;
-  options.seed = o.seed;
-  options.max_influences = o.max_influences >= 0 ? o.max_influences : gltf ? 4 : 0;
-  options.prune = gltf ? 1e-4 : 0;
-  const BindResult bound = bind(source.characters.front(), options, progress);
-  for (const std::string& w : bound.report.warnings) warn(w);
+  if (target.characters.size() != 1)
+    throw UsageError(o.target + ": transfer takes files of one character each");
+  const BindOptions options = bind_options(o, gltf);
+  const Source source = lower_extension(o.source) == ".sfield" ? read_field(o, options, progress)
+                                                               : bind_source(o, options, progress);
   Character& character = target.characters.front();
-  give_skeleton(character, source.characters.front().skeleton);
+  give_skeleton(character, source.skeleton);
   if (gltf) {
     triangulate_outline(character, options.nodes, progress);
     count_inner_vertices(character);
   }
-  std::map<std::string, std::int64_t> filled;
-  const std::vector<SkinWeights> weights{transfer(*bound.solved, character, &filled)};
+  std::map<std::string, std::int64_t> filled, evaluated;
+  const std::vector<SkinWeights> weights{transfer(*source.solved, character, &filled, &evaluated)};
   progress.check();
   if (gltf)
     write_gltf(target, weights, o.output);
@@ -59,16 +96,27 @@ void run(const Options& o, const Common& common) {
     write_weights(o.output, weights.front());
   for (const auto& [cause, count] : filled)
     note(common, fmt::format("{} vertices filled: {}", count, cause));
+  for (const auto& [way, count] : evaluated)
+    note(common, fmt::format("{} vertices evaluated: {}", count, way));
+  if (common.json)
+    fmt::print("{}\n", nlohmann::ordered_json{{"vertices", weights.front().W.rows()},
+                                              {"vertices_filled", filled},
+                                              {"field_vertices", evaluated}}
+                           .dump(1));
 }
 
 }  // namespace
 
 void add_transfer(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Verb>>& verbs) {
   auto o = std::make_shared<Options>();
-  CLI::App* verb = new_verb(app, common, "transfer",
-                            "Bind one mesh, and give its weights to another of the same character",
-                            "skinfield transfer hero.glb hero-lod2.obj -o hero-lod2.glb");
-  verb->add_option("source", o->source, "The character that is bound")->required();
+  CLI::App* verb = new_verb(
+      app, common, "transfer",
+      "Give weights to another mesh of a character that is bound here, or saved as a field",
+      "skinfield transfer hero.glb hero-lod2.obj -o hero-lod2.glb");
+  verb->add_option("source", o->source,
+                   "The character that is bound, or its geometric field as bind --save-field "
+                   "writes it (.sfield)")
+      ->required();
   verb->add_option("target", o->target, "Level of detail, or clothes, in the same place and units")
       ->required();
   verb->add_option("-o,--output", o->output, "Rigged .glb/.gltf, or weights .npz .npy .dmat .csv")
@@ -84,8 +132,13 @@ void add_transfer(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*
   verb->add_option("--seed", o->seed, "Seed of the random numbers")
       ->check(number(0, 1e18))
       ->capture_default_str();
+  verb->add_flag("--json", common.json, "Print to stdout how the rows came about");
   o->skeleton.add_to(*verb);
-  verbs.emplace_back(verb, [o, &common] { run(*o, common); });
+  verbs.emplace_back(verb, [o, verb, &common] {
+    for (const CLI::Option* option : verb->get_options())
+      if (option->count() > 0) o->given.insert(option->get_name());
+    run(*o, common);
+  });
 }
 
 }  // namespace skinfield::cli

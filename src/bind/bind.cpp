@@ -144,7 +144,8 @@ std::string name_of(Rung rung) {
   return "";
 }
 
-BindResult bind(const Character& given, const BindOptions& options, const Progress& progress) {
+BindResult bind(const Character& given, const BindOptions& wanted, const Progress& progress) {
+  BindOptions options = wanted;
   check_input(given, options);
   check_method(options, given);
   BindResult result;
@@ -187,14 +188,15 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
   find_symmetry(options, *solved, report);
 
   progress("domain", 0);
-  const MethodFacts& method = facts_of(options.method);
-  if (method.on_field) {
+  if (facts_of(options.method).on_field) {
     if (options.keep_field) result.field.emplace();
-    solve_field(options, conditions, *solved, report, result.field ? &*result.field : nullptr,
-                progress);
+    if (!solve_field(options, character.skeleton, conditions, *solved, report,
+                     result.field ? &*result.field : nullptr, progress))
+      options = options_below_field(options);
     watch.lap("solve");
-  } else {
-    if (method.on_domain)
+  }
+  if (!solved->field) {
+    if (facts_of(options.method).on_domain)
       build_domain(options, character, conditions, *solved, report, progress);
     else
       use_own_vertices(conditions, *solved);
@@ -265,11 +267,12 @@ BindResult bind(const Character& given, const BindOptions& options, const Progre
 }
 
 SkinWeights transfer(const SolvedDomain& solved, const Character& target,
-                     std::map<std::string, std::int64_t>* vertices_filled) {
+                     std::map<std::string, std::int64_t>* vertices_filled,
+                     std::map<std::string, std::int64_t>* field_vertices) {
   const Points X = solved.scaled.box.to(target.mesh.V);
   const Points N = target.mesh.F.rows() > 0 ? vertex_normals(X, target.mesh.F) : target.mesh.N;
   std::vector<Fill> fill;
-  const RowMatrix rows = solved.at(X, N, nullptr, fill);
+  const RowMatrix rows = solved.at_surface(X, target.mesh.F, N, fill, field_vertices);
   if (vertices_filled) count_fills(fill, *vertices_filled);
   return prune(solved.to_columns(rows, target.vertex_of_input),
                {.max_influences = solved.max_influences, .epsilon = solved.prune})

@@ -83,16 +83,14 @@ void describe(const GeometricFieldsResult& result, BindReport& report) {
   report.dirty_parts = solid.dirty;
   report.passenger_parts = solid.passengers;
   report.flipped_faces = solid.flipped_faces;
-  report.field_vertices = {{"seen", facts.vertices.seen},
-                           {"flood_filled", facts.vertices.flood_filled},
-                           {"without_rays", facts.vertices.without_rays},
-                           {"passengers", facts.vertices.passengers}};
+  report.field_vertices = counts_by_name(facts.vertices);
 }
 
-}  // namespace
-
-void solve_field(const BindOptions& options, const Conditions& conditions, SolvedDomain& solved,
-                 BindReport& report, FieldFile* saved, const Progress& progress) {
+void solve_inside(const BindOptions& options, const Skeleton& skeleton,
+                  const Conditions& conditions, SolvedDomain& solved, BindReport& report,
+                  FieldFile* saved, const Progress& progress) {
+  if (report.input.planar && solved.scaled.mesh.F.rows() > 0)
+    throw DomainError("a flat shape has no inside");
   const GeometricFieldsOptions method = field_options(options);
   PaintedVertices paint = painted_vertices(conditions);
   if (options.resume) {
@@ -112,6 +110,13 @@ void solve_field(const BindOptions& options, const Conditions& conditions, Solve
   solved.field_rows = std::move(result.W);
   solved.field_fill = std::move(result.fill);
   if (saved) {
+    saved->mirror_partner = solved.symmetric ? solved.partner : std::vector<int>{};
+    saved->mirror_plane = solved.mirror_plane;
+    saved->skeleton = skeleton;
+    // Paint alone has columns that no skeleton names.
+    saved->skeleton.column = solved.column;
+    saved->skeleton.columns = solved.columns;
+    saved->skeleton.column_names = solved.names;
     saved->state = std::move(result.state);
     saved->shape = solved.scaled.mesh;
     saved->box = solved.scaled.box;
@@ -121,6 +126,52 @@ void solve_field(const BindOptions& options, const Conditions& conditions, Solve
     saved->settings = settings_of(method);
   }
   solved.field = std::move(result.field);
+}
+
+}  // namespace
+
+bool solve_field(const BindOptions& options, const Skeleton& skeleton, const Conditions& conditions,
+                 SolvedDomain& solved, BindReport& report, FieldFile* saved,
+                 const Progress& progress) {
+  try {
+    solve_inside(options, skeleton, conditions, solved, report, saved, progress);
+    return true;
+  } catch (const DomainError& error) {
+    if (saved || options.resume)
+      throw DomainError(error.message() + ": there is no field", error.where(),
+                        "leave --save-field and --resume out");
+    report.warnings.push_back(error.message() +
+                              ": the weights are bounded biharmonic ones on the surface");
+    return false;
+  }
+}
+
+std::shared_ptr<const SolvedDomain> solved_field(const FieldFile& file, const BindOptions& options,
+                                                 const Progress& progress) {
+  auto solved = std::make_shared<SolvedDomain>();
+  solved->max_influences = options.max_influences;
+  solved->prune = options.prune;
+  solved->scaled = {file.shape, file.handles, file.box};
+  solved->column = file.skeleton.column;
+  solved->columns = file.skeleton.columns;
+  solved->names = file.skeleton.column_names;
+  solved->symmetric = !file.mirror_partner.empty();
+  solved->partner = file.mirror_partner;
+  solved->mirror_plane = file.mirror_plane;
+  GeometricFieldsOptions method;
+  apply_settings(file.settings, method);
+  solved->field = restore_field(file.shape, file.handles, {file.paint.index, file.paint.weights},
+                                method, file.state, progress);
+  return solved;
+}
+
+BindOptions options_below_field(const BindOptions& options) {
+  BindOptions below = options;
+  below.method = Method::bounded_biharmonic;
+  below.solver = skinfield::Solver::automatic;
+  below.domain = BindOptions::DomainKind::surface;
+  below.tolerance = 0;  // the field's means something else
+  return below;
 }
 
 }  // namespace skinfield

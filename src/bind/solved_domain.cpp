@@ -88,6 +88,12 @@ RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, const In
   } else {
     fill.assign(static_cast<std::size_t>(X.rows()), Fill::nearest);
   }
+  complete(X, normals, W, fill);
+  return W;
+}
+
+void SolvedDomain::complete(const Points& X, const Points& normals, RowMatrix& W,
+                            std::vector<Fill>& fill) const {
   tidy(W);
   // Rows that no node reaches take the nearest handle that they see, else the nearest.
   std::vector<int> empty;
@@ -107,7 +113,18 @@ RowMatrix SolvedDomain::at_once(const Points& X, const Points& normals, const In
       fill[static_cast<std::size_t>(empty[k])] = how[k];
     }
   }
-  return W;
+}
+
+void SolvedDomain::mirror(Points& X, Points& normals) const {
+  X.col(0) = (2 * mirror_plane - X.col(0).array()).matrix();
+  if (normals.rows() > 0) normals.col(0) *= -1;
+}
+
+RowMatrix SolvedDomain::mirrored_mean(const RowMatrix& W, const RowMatrix& mirrored) const {
+  RowMatrix mean = W;
+  for (Eigen::Index h = 0; h < W.cols(); ++h)
+    mean.col(h) = 0.5 * (W.col(h) + mirrored.col(partner[static_cast<std::size_t>(h)]));
+  return mean;
 }
 
 RowMatrix SolvedDomain::at(const Points& X, const Points& normals, const Interpolation* known,
@@ -117,13 +134,27 @@ RowMatrix SolvedDomain::at(const Points& X, const Points& normals, const Interpo
   // The mean of the field and its mirror image: exactly symmetric, and a domain can be asked
   // anywhere.
   Points R = X, RN = normals;
-  R.col(0) = (2 * mirror_plane - X.col(0).array()).matrix();
-  if (RN.rows() > 0) RN.col(0) *= -1;
+  mirror(R, RN);
   std::vector<Fill> ignored;
-  const RowMatrix mirrored = at_once(R, RN, nullptr, ignored);
-  for (Eigen::Index h = 0; h < W.cols(); ++h)
-    W.col(h) = 0.5 * (W.col(h) + mirrored.col(partner[static_cast<std::size_t>(h)])).eval();
-  return W;
+  return mirrored_mean(W, at_once(R, RN, nullptr, ignored));
+}
+
+RowMatrix SolvedDomain::at_surface(const Points& V, const Triangles& F, const Points& normals,
+                                   std::vector<Fill>& fill,
+                                   std::map<std::string, std::int64_t>* evaluated) const {
+  if (!field) return at(V, normals, nullptr, fill);
+  FieldEvaluationCounts counts;
+  RowMatrix W = field->at_surface(V, F, normals, fill, counts);
+  complete(V, normals, W, fill);
+  if (evaluated) *evaluated = counts_by_name(counts);
+  if (!symmetric) return W;
+  Points R = V, RN = normals;
+  mirror(R, RN);
+  std::vector<Fill> ignored;
+  FieldEvaluationCounts of_mirrored;
+  RowMatrix mirrored = field->at_surface(R, F, RN, ignored, of_mirrored);
+  complete(R, RN, mirrored, ignored);
+  return mirrored_mean(W, mirrored);
 }
 
 SkinWeights SolvedDomain::to_columns(const RowMatrix& handle_rows,
@@ -141,6 +172,13 @@ SkinWeights SolvedDomain::to_columns(const RowMatrix& handle_rows,
   }
   weights.W.setFromTriplets(entries.begin(), entries.end());
   return weights;
+}
+
+std::map<std::string, std::int64_t> counts_by_name(const FieldEvaluationCounts& counts) {
+  return {{"seen", counts.seen},
+          {"flood_filled", counts.flood_filled},
+          {"without_rays", counts.without_rays},
+          {"passengers", counts.passengers}};
 }
 
 void count_fills(const std::vector<Fill>& fill, std::map<std::string, std::int64_t>& counts) {

@@ -8,7 +8,10 @@
 #include "skinfield/geometry/closest_point.h"
 #include "skinfield/methods/geometric_fields.h"
 
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace skinfield {
 
@@ -43,6 +46,11 @@ struct SolvedDomain {
   /// Handle weights (n, handles) at points of the unit box; `known`: their interpolation, or null.
   RowMatrix at(const Points& X, const Points& normals, const Interpolation* known,
                std::vector<Fill>& fill) const;
+  /// The same of another surface's vertices: a field fills rows along its edges. `evaluated`
+  /// (or null) takes how many of a field's rows came about how.
+  RowMatrix at_surface(const Points& V, const Triangles& F, const Points& normals,
+                       std::vector<Fill>& fill,
+                       std::map<std::string, std::int64_t>* evaluated) const;
 
   /// Rows over handles to skin weights over columns and input vertices.
   SkinWeights to_columns(const RowMatrix& handle_rows,
@@ -51,8 +59,15 @@ struct SolvedDomain {
  private:
   RowMatrix at_once(const Points& X, const Points& normals, const Interpolation* known,
                     std::vector<Fill>& fill) const;
+  /// Rows on the simplex exactly; those that nothing reaches take the nearest handle.
+  void complete(const Points& X, const Points& normals, RowMatrix& W,
+                std::vector<Fill>& fill) const;
+  /// The mean of rows at X and of those at its mirror image.
+  RowMatrix mirrored_mean(const RowMatrix& W, const RowMatrix& mirrored) const;
+  void mirror(Points& X, Points& normals) const;
 };
 
+std::map<std::string, std::int64_t> counts_by_name(const FieldEvaluationCounts& counts);
 void count_fills(const std::vector<Fill>& fill, std::map<std::string, std::int64_t>& counts);
 
 }  // namespace skinfield

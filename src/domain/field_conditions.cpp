@@ -176,10 +176,11 @@ bool FieldConditions::sees_paint(const Site& from, const ClosestPoint& place) co
 
 bool FieldConditions::paint_at(const View& view, const Vec3& x, Prescribed& result,
                                double& weight) const {
-  const ClosestPoint found = painted_->at(x, radii_.dirichlet);
-  if (found.face < 0 || !(found.distance < radii_.dirichlet)) return false;
+  const double radius = radii_.dirichlet * grading_.at(x);
+  const ClosestPoint found = painted_->at(x, radius);
+  if (found.face < 0 || !(found.distance < radius)) return false;
   if (!sees_paint(view.from, found)) return false;
-  weight = bump(found.distance, radii_.dirichlet);
+  weight = bump(found.distance, radius);
   for (Eigen::Index j = 0; j < paint_weights_.cols(); ++j) {
     double g = 0;
     for (int c = 0; c < 3; ++c)
@@ -197,6 +198,7 @@ void FieldConditions::at(const View& view, const Vec3& x, Prescribed& result) co
   if (painted_ && radii_.dirichlet > 0 && paint_at(view, x, result, paint)) result.free -= paint;
   if (view.pieces.empty()) return;
   // Equation 15; pieces of one handle come one after another.
+  const double radius = radii_.lagrange * grading_.at(x);
   const std::size_t first = result.value.size();
   double largest = 0, sum = 0;
   for (std::size_t p = 0; p < view.pieces.size();) {
@@ -204,7 +206,7 @@ void FieldConditions::at(const View& view, const Vec3& x, Prescribed& result) co
     double distance = 1e300;
     for (; p < view.pieces.size() && view.pieces[p].column == column; ++p)
       distance = std::min(distance, distance_to_segment(view.pieces[p].a, view.pieces[p].b, x));
-    const double w = bump(distance, radii_.lagrange);
+    const double w = bump(distance, radius);
     if (w == 0) continue;
     result.value.emplace_back(column, w);
     largest = std::max(largest, w);

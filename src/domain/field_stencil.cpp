@@ -29,7 +29,7 @@ bool make_stencil(const KernelField& field, const FieldConditions& conditions, c
   stencil.phi.resize(places.size() * n);
   stencil.place.resize(places.size());
   thread_local LocalPoints local;
-  local.gather(field.points(), stencil.node, from.x);
+  field.gather(stencil.node, from.x, local);
   conditions.look(from, conditions.radii().lagrange + spread, view);
   for (std::size_t q = 0; q < places.size(); ++q) {
     field.weights(local, places[q] - from.x, stencil.phi.data() + q * n);

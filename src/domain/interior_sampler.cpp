@@ -14,7 +14,9 @@ namespace {
 
 constexpr int cell_depth = 6;
 constexpr int cell_tests = 8;
-constexpr int most_pieces = 200;  // of a segment
+constexpr double density_tests = 1 << 19;                             // in the whole box
+constexpr int least_density_tests = 8, most_density_tests = 1 << 14;  // of a cell
+constexpr int most_pieces = 200;                                      // of a segment
 constexpr int most_tries = 4000;
 constexpr double disk = 0.78;         // smallest distance in units of (V / N)^(1/3)
 constexpr double pool_per_point = 8;  // candidates
@@ -28,6 +30,9 @@ struct InteriorSampler::Impl {
   std::vector<double> until;  // volume of the boxes up to and with each
   double volume = 0;
   bool closed;  // cells wholly inside need no test
+  Grading grading;
+  std::vector<double> densest;  // of each cell; empty: 1
+  double mass = 0;              // integral of the density
 };
 
 InteriorSampler::InteriorSampler(const Solid& solid, std::uint64_t seed, const Progress& progress)
@@ -35,7 +40,10 @@ InteriorSampler::InteriorSampler(const Solid& solid, std::uint64_t seed, const P
                      interior_cells(solid, cell_depth, cell_tests, seed, progress),
                      {},
                      0,
-                     !solid.has_dirty()}) {
+                     !solid.has_dirty(),
+                     {},
+                     {},
+                     0}) {
   double boxes = 0;
   for (const InteriorCell& c : impl_->cells) {
     const double box = std::pow(2 * c.half, 3);
@@ -45,6 +53,7 @@ InteriorSampler::InteriorSampler(const Solid& solid, std::uint64_t seed, const P
   }
   if (!(impl_->volume > 0))
     throw DomainError("the shape encloses no volume", {}, "use the surface as domain");
+  impl_->mass = impl_->volume;
   parallel_for(impl_->cells.size(), 32, [&](std::size_t i) {
     if (impl_->cells[i].whole) impl_->cells[i].site = solid.site(impl_->cells[i].centre);
   });
@@ -54,7 +63,39 @@ InteriorSampler::~InteriorSampler() = default;
 InteriorSampler::InteriorSampler(InteriorSampler&&) noexcept = default;
 InteriorSampler& InteriorSampler::operator=(InteriorSampler&&) noexcept = default;
 
+void InteriorSampler::grade(const Grading& grading, std::uint64_t seed) {
+  if (grading.uniform()) return;
+  Impl& d = *impl_;
+  d.grading = grading;
+  d.densest.resize(d.cells.size());
+  std::vector<double> mean(d.cells.size());
+  parallel_for(d.cells.size(), 32, [&](std::size_t c) {
+    const InteriorCell& cell = d.cells[c];
+    const double s = grading.at(cell.centre) - grading.slope() * std::numbers::sqrt3 * cell.half;
+    d.densest[c] = std::pow(std::max(s, grading.least()), -3);
+    Random random(seed, 0x60000000ull + c);
+    const int tests = std::clamp(static_cast<int>(density_tests * std::pow(2 * cell.half, 3)),
+                                 least_density_tests, most_density_tests);
+    for (int k = 0; k < tests; ++k) {
+      const Vec3 u(random.uniform(), random.uniform(), random.uniform());
+      mean[c] += grading.density(cell.centre + cell.half * (2 * u - Vec3::Ones())) / tests;
+    }
+  });
+  double sum = 0;
+  d.mass = 0;
+  for (std::size_t c = 0; c < d.cells.size(); ++c) {
+    const double box = std::pow(2 * d.cells[c].half, 3);
+    sum += box * d.densest[c];
+    d.until[c] = sum;
+    d.mass += box * d.cells[c].share * mean[c];
+  }
+}
+
 double InteriorSampler::volume() const { return impl_->volume; }
+
+double InteriorSampler::density(const Vec3& x) const {
+  return impl_->grading.density(x) / impl_->mass;
+}
 
 Site InteriorSampler::draw(std::uint64_t seed, std::uint64_t stream) const {
   Random random(seed, stream);
@@ -66,11 +107,16 @@ Site InteriorSampler::draw(std::uint64_t seed, std::uint64_t stream) const {
         std::min(static_cast<std::size_t>(at - impl_->until.begin()), impl_->cells.size() - 1);
     const InteriorCell& cell = impl_->cells[c];
     const Vec3 u(random.uniform(), random.uniform(), random.uniform());
-    site = impl_->solid.site_near(cell.site, cell.centre + cell.half * (2 * u - Vec3::Ones()));
+    const Vec3 x = cell.centre + cell.half * (2 * u - Vec3::Ones());
+    if (!impl_->densest.empty() && random.uniform() * impl_->densest[c] > impl_->grading.density(x))
+      continue;
+    site = impl_->solid.site_near(cell.site, x);
     if ((cell.whole && impl_->closed) || impl_->solid.inside(site)) return site;
   }
   return site;
 }
+
+const Grading& InteriorSampler::grading() const { return impl_->grading; }
 
 Site InteriorSampler::site(const Vec3& x) const { return impl_->solid.site(x); }
 
@@ -85,14 +131,16 @@ std::vector<Site> InteriorSampler::spread(const std::vector<int>& counts, std::u
   std::vector<char> used(pool.size(), 0);
   for (const int count : counts) {
     const auto wanted = static_cast<std::size_t>(count);
-    double radius = disk * std::cbrt(impl_->volume / count);
+    double radius = disk * std::cbrt(impl_->mass / count);
     for (int round = 0; chosen.size() < wanted && round < 40; ++round, radius *= fallback) {
       progress.check();
-      DiskGrid grid(radius, wanted);
-      for (const Site& s : chosen) grid.add(s.x, radius, false);
+      DiskGrid grid(radius * impl_->grading.least(), wanted);
+      for (const Site& s : chosen) grid.add(s.x, radius * impl_->grading.at(s.x), false);
       for (std::size_t i = 0; i < pool.size() && chosen.size() < wanted; ++i) {
-        if (used[i] || grid.conflicts(pool[i].x, radius, 1)) continue;
-        grid.add(pool[i].x, radius, false);
+        if (used[i]) continue;
+        const double own = radius * impl_->grading.at(pool[i].x);
+        if (grid.conflicts(pool[i].x, own, 1)) continue;
+        grid.add(pool[i].x, own, false);
         chosen.push_back(pool[i]);
         used[i] = 1;
       }
@@ -104,13 +152,14 @@ std::vector<Site> InteriorSampler::spread(const std::vector<int>& counts, std::u
 }
 
 InteriorSamples::InteriorSamples(const InteriorSampler& sampler, const Solid& solid,
-                                 const Segments& segments, double radius, double share_near)
+                                 const Segments& segments, double widest, double share_near)
     : sampler_(sampler),
       solid_(solid),
       segments_(segments),
-      radius_(radius),
       share_near_(segments.empty() ? 0 : share_near) {
   for (const auto& [a, b] : segments) {
+    const double radius = widest * sampler.grading().at(0.5 * (a + b));
+    radius_.push_back(radius);
     // A point counts like a bone as long as the ball is wide.
     total_ += std::max((b - a).norm(), 2 * radius);
     until_.push_back(total_);
@@ -122,22 +171,24 @@ InteriorSamples::InteriorSamples(const InteriorSampler& sampler, const Solid& so
 
 double InteriorSamples::density(const Vec3& x) const {
   double sum = 0;
-  for (const auto& [a, b] : segments_) {
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    const auto& [a, b] = segments_[s];
+    const double radius = radius_[s], ball = 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
     const double length = (b - a).norm();
-    const double share = std::max(length, 2 * radius_) / total_;
+    const double share = std::max(length, 2 * radius) / total_;
     if (length == 0) {
-      sum += (x - a).norm() < radius_ ? share : 0;
+      sum += (x - a).norm() < radius ? share / ball : 0;
       continue;
     }
     const Vec3 along = (b - a) / length;
     const double t = (x - a).dot(along);
     const double off2 = (x - a - t * along).squaredNorm();
-    if (off2 >= radius_ * radius_) continue;
-    const double half = std::sqrt(radius_ * radius_ - off2);
+    if (off2 >= radius * radius) continue;
+    const double half = std::sqrt(radius * radius - off2);
     const double chord = std::min(length, t + half) - std::max(0.0, t - half);
-    sum += share * std::max(0.0, chord) / length;
+    sum += share * std::max(0.0, chord) / (length * ball);
   }
-  return sum / (4.0 / 3 * std::numbers::pi * std::pow(radius_, 3));
+  return sum;
 }
 
 std::vector<WeightedSite> InteriorSamples::draw(int count, std::uint64_t seed, std::uint64_t stream,
@@ -156,7 +207,7 @@ std::vector<WeightedSite> InteriorSamples::draw(int count, std::uint64_t seed, s
       const auto& [a, b] = segments_[s];
       const double t = random.uniform();
       const Vec3 direction = random.direction();
-      const Vec3 x = a + t * (b - a) + radius_ * std::cbrt(random.uniform()) * direction;
+      const Vec3 x = a + t * (b - a) + radius_[s] * std::cbrt(random.uniform()) * direction;
       const auto& pieces = pieces_[s];
       sample.site = solid_.site_near(
           pieces[static_cast<std::size_t>(t * static_cast<double>(pieces.size()))], x);
@@ -165,8 +216,8 @@ std::vector<WeightedSite> InteriorSamples::draw(int count, std::uint64_t seed, s
       sample.site = sampler_.draw(seed, stream + i);
     }
     solid_.measure_clearance(sample.site);
-    const double uniform = (count - near) / sampler_.volume();
-    sample.weight = 1 / (uniform + (near > 0 ? near * density(sample.site.x) : 0));
+    const double spread = (count - near) * sampler_.density(sample.site.x);
+    sample.weight = 1 / (spread + (near > 0 ? near * density(sample.site.x) : 0));
   });
   std::erase_if(drawn, [](const WeightedSite& s) { return s.weight == 0; });
   return drawn;

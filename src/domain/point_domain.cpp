@@ -1,5 +1,6 @@
 #include "skinfield/domain/point_domain.h"
 
+#include "domain/inside_check.h"
 #include "domain/kd_tree.h"
 #include "domain/point_evaluation.h"
 #include "domain/point_sampling.h"
@@ -13,9 +14,6 @@
 namespace skinfield {
 namespace {
 
-constexpr double weak_level = 0.3;  // winding number at handles of ribbons and thin soups
-constexpr double mostly = 0.9;      // share of a soup's handle samples that half the median holds
-constexpr double mostly_of_soup = 0.6;
 constexpr double surface_step = 1e-4;  // how far inside a surface point looks from, unit box
 
 /// Nodes whose component of K's graph holds a fixed row.
@@ -83,14 +81,7 @@ PointDomain::Impl::Impl(const Mesh& mesh, const std::vector<Handle>& handles,
   probes << along, regions;
   if (probes.rows() == 0) probes = paint.X;
   solid.emplace(mesh, probes, SolidOptions{.spacing = guess}, progress);
-  if (!handles.empty() && solid->facts().handle_samples_inside == 0)
-    throw DomainError("no handle has a part inside the shape", {}, "use the surface as domain");
-  // A ribbon's winding number is weak and changes along the bones; a soup's is weak everywhere.
-  const Solid::Facts& seen = solid->facts();
-  const bool torn = mesh.is_point_cloud() || seen.components > solid->faces().rows() / 20;
-  if (!handles.empty() && !solid->has_clean() && seen.level < weak_level &&
-      seen.handle_samples_inside < (torn ? mostly_of_soup : mostly) * seen.handle_samples)
-    throw DomainError("the shape has no inside worth the name", {}, "use the surface as domain");
+  if (!handles.empty()) check_has_inside(*solid, mesh);
   clock.lap("solid");
   progress("nodes", 0);
   nodes = sample_nodes(*solid, handles, paint, options, facts, progress);

@@ -10,7 +10,7 @@
 namespace skinfield {
 namespace {
 
-constexpr std::int64_t schema = 1;
+constexpr std::int64_t schema = 2;  // 1 had no skeleton
 
 NpyArray from_floats(const FloatRows& rows) {
   NpyArray array;
@@ -56,6 +56,132 @@ class Arrays {
   NpzArrays arrays_;
 };
 
+Vec3 from_box(const UnitBox& box, const Vec3& x) { return x / box.scale + box.origin; }
+
+/// The skeleton's handles from the file's.
+void place_handles(FieldFile& file) {
+  file.skeleton.handles = file.handles;
+  for (Handle& handle : file.skeleton.handles) {
+    if (handle.kind == Handle::Kind::region) {
+      handle.kind = Handle::Kind::point;
+      handle.point.setZero();
+      for (const int v : handle.vertices)
+        handle.point +=
+            file.shape.V.row(v).transpose() / static_cast<double>(handle.vertices.size());
+      handle.vertices.clear();
+    }
+    handle.point = from_box(file.box, handle.point);
+    for (auto& [a, b] : handle.segments) {
+      a = from_box(file.box, a);
+      b = from_box(file.box, b);
+    }
+  }
+}
+
+constexpr Eigen::Index joint_numbers = 3 + 3 * 16;  // position, inverse bind, local and world rest
+
+void add_skeleton(const Skeleton& skeleton, NpzArrays& arrays) {
+  std::vector<std::string> names;
+  std::vector<std::int64_t> parents, bones, handle_joints;
+  RowMatrix numbers(static_cast<Eigen::Index>(skeleton.joints.size()), joint_numbers);
+  for (const Joint& joint : skeleton.joints) {
+    double* row = numbers.row(static_cast<Eigen::Index>(names.size())).data();
+    names.push_back(joint.name);
+    parents.push_back(joint.parent);
+    row = std::copy_n(joint.position.data(), 3, row);
+    for (const Transform* T : {&joint.inverse_bind, &joint.local_rest, &joint.world_rest})
+      row = std::copy_n(T->data(), 16, row);
+  }
+  for (const auto& [head, tail] : skeleton.bones) bones.insert(bones.end(), {head, tail});
+  for (const Handle& handle : skeleton.handles) handle_joints.push_back(handle.joint);
+  arrays.insert(
+      arrays.end(),
+      {{"skeleton_source", npy_from_integers({static_cast<std::int64_t>(skeleton.source)})},
+       {"joint_names", npy_from_strings(names)},
+       {"joint_parents", npy_from_integers(parents)},
+       {"joint_numbers", npy_from_matrix(numbers)},
+       {"bones", npy_from_integers(bones)},
+       {"handle_joints", npy_from_integers(handle_joints)},
+       {"handle_columns", npy_from_integers(std::vector<std::int64_t>(skeleton.column.begin(),
+                                                                      skeleton.column.end()))},
+       {"column_names", npy_from_strings(skeleton.column_names)}});
+}
+
+/// Do all parents lead to a root?
+bool is_forest(const std::vector<Joint>& joints) {
+  std::vector<char> rooted(joints.size(), 0);
+  std::vector<std::size_t> chain;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    chain.clear();
+    for (int at = static_cast<int>(j); at >= 0 && !rooted[static_cast<std::size_t>(at)];
+         at = joints[static_cast<std::size_t>(at)].parent) {
+      chain.push_back(static_cast<std::size_t>(at));
+      if (chain.size() > joints.size()) return false;
+    }
+    for (const std::size_t at : chain) rooted[at] = 1;
+  }
+  return true;
+}
+
+/// Needs the file's handles. @param handles columns of the parameters.
+void read_skeleton_arrays(const Arrays& arrays, Eigen::Index handles, FieldFile& file) {
+  Skeleton& skeleton = file.skeleton;
+  const auto index = [&](std::int64_t i, std::int64_t least, std::size_t end, const char* key) {
+    if (i < least || i >= static_cast<std::int64_t>(end))
+      arrays.fail(std::string("\"") + key + "\" names what does not exist");
+    return static_cast<int>(i);
+  };
+  const std::vector<std::int64_t> source = arrays.integers("skeleton_source");
+  if (source.size() != 1 || source[0] < 0 || source[0] > 2)
+    arrays.fail("\"skeleton_source\" is out of range");
+  skeleton.source = static_cast<Skeleton::Source>(source[0]);
+  const std::vector<std::string> names = arrays.strings("joint_names");
+  const std::vector<std::int64_t> parents = arrays.integers("joint_parents");
+  const RowMatrix numbers =
+      arrays.matrix("joint_numbers", static_cast<Eigen::Index>(names.size()), joint_numbers);
+  if (parents.size() != names.size()) arrays.fail("\"joint_parents\" has the wrong size");
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    Joint& joint = skeleton.joints.emplace_back();
+    joint.name = names[j];
+    joint.parent = index(parents[j], -1, names.size(), "joint_parents");
+    const double* row = numbers.row(static_cast<Eigen::Index>(j)).data();
+    joint.position = Eigen::Map<const Vec3>(row);
+    row += 3;
+    for (Transform* T : {&joint.inverse_bind, &joint.local_rest, &joint.world_rest}) {
+      *T = Eigen::Map<const Transform>(row);
+      row += 16;
+    }
+  }
+  if (!is_forest(skeleton.joints)) arrays.fail("\"joint_parents\" goes in circles");
+  const std::vector<std::int64_t> bones = arrays.integers("bones");
+  if (bones.size() % 2 != 0) arrays.fail("\"bones\" has the wrong size");
+  for (std::size_t b = 0; b < bones.size(); b += 2)
+    skeleton.bones.emplace_back(index(bones[b], 0, names.size(), "bones"),
+                                index(bones[b + 1], 0, names.size(), "bones"));
+  const std::vector<std::int64_t> joints = arrays.integers("handle_joints");
+  if (joints.size() != file.handles.size()) arrays.fail("\"handle_joints\" has the wrong size");
+  for (std::size_t h = 0; h < joints.size(); ++h)
+    file.handles[h].joint = index(joints[h], -1, names.size(), "handle_joints");
+  skeleton.column_names = arrays.strings("column_names");
+  skeleton.columns = static_cast<int>(skeleton.column_names.size());
+  for (const std::int64_t c : arrays.integers("handle_columns"))
+    skeleton.column.push_back(index(c, 0, skeleton.column_names.size(), "handle_columns"));
+  if (static_cast<Eigen::Index>(skeleton.column.size()) != handles)
+    arrays.fail("\"handle_columns\" has the wrong size");
+  place_handles(file);
+}
+
+void read_mirror(const Arrays& arrays, Eigen::Index handles, FieldFile& file) {
+  for (const std::int64_t h : arrays.integers("mirror_partner")) {
+    if (h < 0 || h >= handles) arrays.fail("\"mirror_partner\" names what does not exist");
+    file.mirror_partner.push_back(static_cast<int>(h));
+  }
+  if (!file.mirror_partner.empty() &&
+      static_cast<Eigen::Index>(file.mirror_partner.size()) != handles)
+    arrays.fail("\"mirror_partner\" has the wrong size");
+  file.mirror_plane = arrays.matrix("mirror_plane", 1, 1)(0, 0);
+}
+
 }  // namespace
 
 std::string format_sfield(const FieldFile& file) {
@@ -83,37 +209,45 @@ std::string format_sfield(const FieldFile& file) {
     setting_names.push_back(key);
     settings.push_back(value);
   }
-  return format_npz({{"schema", npy_from_integers({schema})},
-                     {"solver", npy_from_strings({s.solver})},
-                     {"progress", npy_from_integers({static_cast<std::int64_t>(s.seed >> 32),
-                                                     static_cast<std::int64_t>(s.seed & 0xffffffff),
-                                                     s.level, s.step, s.steps})},
-                     {"counts", npy_from_integers(counts)},
-                     {"neumann_radius", npy_from_vector({s.neumann_radius})},
-                     {"points", from_points(s.X)},
-                     {"parameters", from_floats(s.F)},
-                     {"first_moments", from_floats(s.first)},
-                     {"second_moments", from_floats(s.second)},
-                     {"vertices", from_points(file.shape.V)},
-                     {"normals", from_points(file.shape.N)},
-                     {"faces", npy_from_integers(faces)},
-                     {"box", npy_from_vector({file.box.origin[0], file.box.origin[1],
-                                              file.box.origin[2], file.box.scale})},
-                     {"handle_names", npy_from_strings(names)},
-                     {"segment_handles", npy_from_integers(segments)},
-                     {"segment_ends", npy_from_vector(ends)},
-                     {"region_vertices", npy_from_integers(vertices)},
-                     {"paint_index", npy_from_integers(index)},
-                     {"paint_weights", npy_from_matrix(file.paint.weights)},
-                     {"setting_names", npy_from_strings(setting_names)},
-                     {"settings", npy_from_vector(settings)}});
+  NpzArrays arrays{{"schema", npy_from_integers({schema})},
+                   {"solver", npy_from_strings({s.solver})},
+                   {"progress", npy_from_integers({static_cast<std::int64_t>(s.seed >> 32),
+                                                   static_cast<std::int64_t>(s.seed & 0xffffffff),
+                                                   s.level, s.step, s.steps})},
+                   {"counts", npy_from_integers(counts)},
+                   {"neumann_radius", npy_from_vector({s.neumann_radius})},
+                   {"points", from_points(s.X)},
+                   {"parameters", from_floats(s.F)},
+                   {"first_moments", from_floats(s.first)},
+                   {"second_moments", from_floats(s.second)},
+                   {"vertices", from_points(file.shape.V)},
+                   {"normals", from_points(file.shape.N)},
+                   {"faces", npy_from_integers(faces)},
+                   {"box", npy_from_vector({file.box.origin[0], file.box.origin[1],
+                                            file.box.origin[2], file.box.scale})},
+                   {"handle_names", npy_from_strings(names)},
+                   {"segment_handles", npy_from_integers(segments)},
+                   {"segment_ends", npy_from_vector(ends)},
+                   {"region_vertices", npy_from_integers(vertices)},
+                   {"paint_index", npy_from_integers(index)},
+                   {"paint_weights", npy_from_matrix(file.paint.weights)},
+                   {"setting_names", npy_from_strings(setting_names)},
+                   {"settings", npy_from_vector(settings)},
+                   {"mirror_partner", npy_from_integers(std::vector<std::int64_t>(
+                                          file.mirror_partner.begin(), file.mirror_partner.end()))},
+                   {"mirror_plane", npy_from_vector({file.mirror_plane})}};
+  add_skeleton(file.skeleton, arrays);
+  return format_npz(arrays);
 }
 
 FieldFile parse_sfield(std::string_view bytes, const std::string& name) {
   const Arrays arrays(bytes, name);
   const std::vector<std::int64_t> version = arrays.integers("schema");
   if (version.size() != 1 || version[0] != schema)
-    throw InputError("is a saved field of another version", name, "save it with this version");
+    throw InputError("is a saved field of version " +
+                         (version.size() == 1 ? std::to_string(version[0]) : "?") +
+                         ", this program reads version " + std::to_string(schema),
+                     name, "save it with this program, or read it with the one that saved it");
   FieldFile file;
   FieldState& s = file.state;
   const std::vector<std::string> solver = arrays.strings("solver");
@@ -198,6 +332,8 @@ FieldFile parse_sfield(std::string_view bytes, const std::string& name) {
   const RowMatrix values = arrays.matrix("settings", static_cast<Eigen::Index>(keys.size()), -1);
   for (std::size_t k = 0; k < keys.size(); ++k)
     file.settings.emplace_back(keys[k], values.data()[k]);
+  read_mirror(arrays, F.cols(), file);
+  read_skeleton_arrays(arrays, F.cols(), file);
   return file;
 }
 

@@ -97,7 +97,7 @@ FloatRows AdamField::pad(const FloatRows& rows) const {
   return padded;
 }
 
-double AdamField::forward(const FieldSample& sample, double h, std::vector<float>* g) const {
+double AdamField::forward(const FieldSample& sample, std::vector<float>* g) const {
   const FieldStencil& st = sample.stencil;
   const auto m = static_cast<int>(padded_);
   const auto places = static_cast<int>(st.place.size());
@@ -113,7 +113,7 @@ double AdamField::forward(const FieldSample& sample, double h, std::vector<float
   // Equation 13 over h^2, each wanted place a blend with the wall's (equation 9).
   float coefficient[most_places] = {}, total[most_places];
   for (std::size_t q = 0; q < st.twin.size(); ++q) {
-    const double c = (q == 0 ? -2 : 1) / (h * h);
+    const double c = (q == 0 ? -2 : 1) / (sample.h * sample.h);
     const double blend = st.twin[q] >= 0 ? st.blend[q] : 0;
     coefficient[q] += static_cast<float>(c * (1 - blend));
     if (blend > 0) coefficient[st.twin[q]] += static_cast<float>(c * blend);
@@ -152,20 +152,19 @@ double AdamField::forward(const FieldSample& sample, double h, std::vector<float
   return 0.5 * sample.weight * energy;
 }
 
-double AdamField::energy(std::span<const FieldSample* const> samples, double h) {
+double AdamField::energy(std::span<const FieldSample* const> samples) {
   return parallel_reduce(
       samples.size(), 32, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i)
-          if (samples[i]->weight > 0) sum += forward(*samples[i], h, nullptr);
+          if (samples[i]->weight > 0) sum += forward(*samples[i], nullptr);
         return sum;
       },
       [](double a, double b) { return a + b; });
 }
 
-double AdamField::step(std::span<const FieldSample* const> samples, double h, double rate,
-                       std::int64_t t) {
+double AdamField::step(std::span<const FieldSample* const> samples, double rate, std::int64_t t) {
   g_.resize(std::max(g_.size(), samples.size()));
   struct Range {
     std::int32_t low = 0, high = -1;
@@ -177,7 +176,7 @@ double AdamField::step(std::span<const FieldSample* const> samples, double h, do
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i) {
           if (!(samples[i]->weight > 0)) continue;
-          sum += forward(*samples[i], h, &g_[i]);
+          sum += forward(*samples[i], &g_[i]);
           range[i] = {samples[i]->stencil.node.front(), samples[i]->stencil.node.back()};
         }
         return sum;

@@ -14,6 +14,7 @@ namespace skinfield {
 struct FieldSample {
   FieldStencil stencil;
   double weight = 0;  ///< volume that it stands for; 0: sees nothing
+  double h = 1;       ///< finite-difference step
 };
 
 /// Softplus and logistic of n values, to about 1e-6.
@@ -29,9 +30,9 @@ class AdamField {
 
   /// One step on the samples' energy 1/2 sum of weight |eq. 13|^2; its value. `t`: 1 for the first
   /// step ever.
-  double step(std::span<const FieldSample* const> samples, double h, double rate, std::int64_t t);
+  double step(std::span<const FieldSample* const> samples, double rate, std::int64_t t);
   /// The energy alone.
-  double energy(std::span<const FieldSample* const> samples, double h);
+  double energy(std::span<const FieldSample* const> samples);
 
   FloatRows parameters() const { return unpad(F_); }
   FloatRows first() const { return unpad(first_); }
@@ -41,7 +42,7 @@ class AdamField {
   FloatRows pad(const FloatRows& rows) const;
   FloatRows unpad(const FloatRows& rows) const { return rows.leftCols(columns_); }
   /// Energy of one sample; the derivative by f at its places into g (places, padded).
-  double forward(const FieldSample& sample, double h, std::vector<float>* g) const;
+  double forward(const FieldSample& sample, std::vector<float>* g) const;
 
   Eigen::Index columns_, padded_;
   std::vector<float> mask_;  // (padded) 1 for bound columns

@@ -12,12 +12,6 @@ constexpr int check_every = 5;
 constexpr int first_powers = 12, later_powers = 4;
 constexpr double eigenvalue_margin = 1.05;  // power iterations come from below
 
-/// What one block of rows of a step reports.
-struct StepPart {
-  double restart = 0;  // <Y - F_new, F_new - F> in D's norm
-  float change = 0;    // largest |F_new - F|
-};
-
 }  // namespace
 
 SolveStats minimise_convex(const FieldRows& rows, const FieldRows& held_out,
@@ -43,7 +37,11 @@ SolveStats minimise_convex(const FieldRows& rows, const FieldRows& held_out,
   stats.status = SolveStats::Status::limit;
   FloatRows Y = F, G;
   double t = 1, held = held_out.energy(F, nullptr, progress);
-  FloatRows best = F, checked = F;
+  FloatRows best = F;
+  const auto probe = [&]() -> RowMatrix {
+    return options.probe ? options.probe(F) : RowMatrix(F.cast<double>());
+  };
+  RowMatrix checked = probe();
   double best_held = held;
   for (int k = 0; k < options.max_steps; ++k) {
     if (options.stop && options.stop()) break;
@@ -51,10 +49,11 @@ SolveStats minimise_convex(const FieldRows& rows, const FieldRows& held_out,
     ++stats.iterations;
     const double t_next = 0.5 * (1 + std::sqrt(1 + 4 * t * t));
     const auto momentum = static_cast<float>((t - 1) / t_next);
-    const StepPart moved = parallel_reduce(
-        static_cast<std::size_t>(n), 512, StepPart{},
+    // <Y - F_new, F_new - F> in D's norm.
+    const double against = parallel_reduce(
+        static_cast<std::size_t>(n), 512, 0.0,
         [&](std::size_t begin, std::size_t end) {
-          StepPart part;
+          double part = 0;
           std::vector<double> w(column.size());
           for (auto i = static_cast<Eigen::Index>(begin); i < static_cast<Eigen::Index>(end); ++i) {
             const double size = step / D[i];
@@ -67,36 +66,36 @@ SolveStats minimise_convex(const FieldRows& rows, const FieldRows& held_out,
               const auto to = static_cast<float>(w[c]);
               const float change = to - F(i, column[c]);
               restart += static_cast<double>(Y(i, column[c]) - to) * static_cast<double>(change);
-              part.change = std::max(part.change, std::abs(change));
               F(i, column[c]) = to;
               Y(i, column[c]) = to + momentum * change;
             }
-            part.restart += D[i] * restart;
+            part += D[i] * restart;
           }
           return part;
         },
-        [](StepPart a, const StepPart& b) {
-          return StepPart{a.restart + b.restart, std::max(a.change, b.change)};
-        });
+        [](double a, double b) { return a + b; });
     t = t_next;
-    if (moved.restart > 0) {
+    if (against > 0) {
       Y = F;
       t = 1;
     }
     if (stats.iterations % check_every != 0) continue;
     // Training energy always falls; samples that took no part say whether that means anything.
     const double now = held_out.energy(F, nullptr, progress);
-    stats.largest_change = static_cast<double>((F - checked).cwiseAbs().maxCoeff());
-    checked = F;
+    RowMatrix weights = probe();
+    stats.largest_change = weights.size() > 0 ? (weights - checked).cwiseAbs().maxCoeff() : 0;
+    checked = std::move(weights);
     const double gain = (best_held - now) / std::max(best_held, 1e-300);
     if (now < best_held) {
       best_held = now;
       best = F;
     }
-    if (stats.largest_change < options.tolerance || gain < options.held_out_gain) {
+    if (stats.largest_change < options.tolerance) {
       stats.status = SolveStats::Status::converged;
       break;
     }
+    // Further passes would fit these samples alone.
+    if (gain < options.held_out_gain) break;
   }
   if (held_out.energy(F, nullptr, progress) > best_held && m > 0) F = best;
   return stats;

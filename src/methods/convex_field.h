@@ -12,15 +12,18 @@ namespace skinfield {
 
 struct ConvexOptions {
   int max_steps = 30;
-  double tolerance = 1e-3;      ///< largest change of a weight over a check's steps
-  double held_out_gain = 2e-3;  ///< stop where the held-out energy falls by less in a check's steps
+  double tolerance = 1e-2;      ///< largest change of the field's weights over a check's five steps
+  double held_out_gain = 2e-4;  ///< stop where the held-out energy falls by less in a check's steps
   /// Asked before every step: true stops with status limit.
   std::function<bool()> stop;
+  /// The field's weights (places,m) at places that stand for all: parameters beside handles and
+  /// behind others may change much where that moves no weight. Empty: the parameters themselves.
+  std::function<RowMatrix(const FloatRows& F)> probe;
 };
 
 /// Columns where `bound` is 0 stay zero. F is the start and the result; rows on the simplex
-/// throughout. `eigenvalue`: of the level before, or 0; replaced. Stats: energy, status,
-/// iterations, largest_change.
+/// throughout. `eigenvalue`: of the level before, or 0; replaced. Stats: energy, iterations,
+/// largest_change, status: converged if that is below the tolerance, else limit.
 SolveStats minimise_convex(const FieldRows& rows, const FieldRows& held_out,
                            const std::vector<char>& bound, const ConvexOptions& options,
                            double& eigenvalue, FloatRows& F, const Progress& progress);

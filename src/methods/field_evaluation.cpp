@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace skinfield {
 namespace {
@@ -37,6 +36,84 @@ void flood_fill(const std::vector<std::vector<int>>& neighbours, RowMatrix& W,
     if (filled.empty()) return;
     for (const int v : filled) wanted[static_cast<std::size_t>(v)] = 0;
     std::erase_if(open, [&](int v) { return !wanted[static_cast<std::size_t>(v)]; });
+  }
+}
+
+/// Appendix A's rescue of the vertices that `open` marks: flood fill along edges, and where
+/// triangles share no vertices, from the nearest; else the kernel without rays. `missing`: the open
+/// ones and all others without a row.
+void rescue(const GeometricField::Impl& d, const Points& V, const Triangles& F,
+            const std::vector<char>& open, std::vector<char>& missing, RowMatrix& W,
+            std::vector<Fill>& fill, FieldEvaluationCounts& counts) {
+  const std::size_t n = open.size();
+  if (std::count(open.begin(), open.end(), 1) == 0) return;
+  std::vector<std::vector<int>> neighbours(n);
+  for (Eigen::Index f = 0; f < F.rows(); ++f)
+    for (int c = 0; c < 3; ++c) {
+      const int a = F(f, c), b = F(f, (c + 1) % 3);
+      if (open[static_cast<std::size_t>(a)]) neighbours[static_cast<std::size_t>(a)].push_back(b);
+      if (open[static_cast<std::size_t>(b)]) neighbours[static_cast<std::size_t>(b)].push_back(a);
+    }
+  flood_fill(neighbours, W, missing);
+  std::vector<int> known;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (open[i] && !missing[i]) fill[i] = Fill::hidden, ++counts.flood_filled;
+    if (!missing[i]) known.push_back(static_cast<int>(i));
+  }
+  std::vector<int> left;
+  for (std::size_t i = 0; i < n; ++i)
+    if (open[i] && missing[i]) left.push_back(static_cast<int>(i));
+  if (!left.empty() && !known.empty()) {
+    Points K(static_cast<Eigen::Index>(known.size()), 3);
+    for (std::size_t k = 0; k < known.size(); ++k)
+      K.row(static_cast<Eigen::Index>(k)) = V.row(known[k]);
+    const KdTree tree(K);
+    std::vector<Neighbour> found;
+    std::vector<int> filled;
+    for (const int v : left) {
+      tree.nearest(V.row(v).transpose(), fill_neighbours, found);
+      // A piece of soup lies among others; what is far from all does not.
+      if (found.front().distance > d.kernel->radius()) continue;
+      Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(W.cols());
+      for (const Neighbour& u : found) {
+        const double s = u.distance / std::max(found.front().distance, 1e-9);
+        sum += std::exp(1 - s * s) * W.row(known[static_cast<std::size_t>(u.index)]);
+      }
+      W.row(v) = sum / sum.sum();
+      fill[static_cast<std::size_t>(v)] = Fill::hidden;
+      ++counts.flood_filled;
+      filled.push_back(v);
+    }
+    for (const int v : filled) missing[static_cast<std::size_t>(v)] = 0;
+  }
+  for (const int v : left) {
+    if (!missing[static_cast<std::size_t>(v)]) continue;
+    d.row_without_rays(V.row(v).transpose(), W.row(v).data());
+    fill[static_cast<std::size_t>(v)] = Fill::hidden;
+    ++counts.without_rays;
+  }
+}
+
+/// Points outside, which `carried` marks, hold on to the shape's own surface.
+void carry(const GeometricField& field, const GeometricField::Impl& d, const Points& X,
+           const Points& normals, const std::vector<char>& carried, RowMatrix& W,
+           std::vector<Fill>& fill) {
+  std::vector<int> wanted;
+  for (std::size_t i = 0; i < carried.size(); ++i)
+    if (carried[i]) wanted.push_back(static_cast<int>(i));
+  if (wanted.empty()) return;
+  std::vector<Fill> ignored;
+  FieldEvaluationCounts counts;
+  const RowMatrix S = field.at_mesh(ignored, counts);
+  InterpolationRows held, rows;
+  for (Eigen::Index v = 0; v < S.rows(); ++v) held.row.push_back({{static_cast<int>(v), 1.0}});
+  rows.row.resize(carried.size());
+  rows.fill.resize(carried.size());
+  carry_passengers(X, normals, d.mesh.V, d.solid.normals(), held, wanted, rows);
+  const RowMatrix carried_rows = to_matrix(rows, S.rows()) * S;
+  for (const int i : wanted) {
+    W.row(i) = carried_rows.row(i);
+    fill[static_cast<std::size_t>(i)] = Fill::passenger;
   }
 }
 
@@ -123,24 +200,31 @@ RowMatrix GeometricField::at(const Points& X, const Points& normals,
     d.row_without_rays(x, W.row(r).data());
     fill[i] = Fill::hidden;
   });
-  if (std::count(carried.begin(), carried.end(), 1) == 0) return W;
-  // Points outside hold on to the surface.
-  std::vector<Fill> ignored;
-  FieldEvaluationCounts counts;
-  const RowMatrix S = at_mesh(ignored, counts);
-  InterpolationRows held, wanted_rows;
-  for (Eigen::Index v = 0; v < S.rows(); ++v) held.row.push_back({{static_cast<int>(v), 1.0}});
-  wanted_rows.row.resize(fill.size());
-  wanted_rows.fill.resize(fill.size());
-  std::vector<int> wanted;
-  for (std::size_t i = 0; i < carried.size(); ++i)
-    if (carried[i]) wanted.push_back(static_cast<int>(i));
-  carry_passengers(X, normals, d.mesh.V, d.solid.normals(), held, wanted, wanted_rows);
-  const RowMatrix carried_rows = to_matrix(wanted_rows, S.rows()) * S;
-  for (const int i : wanted) {
-    W.row(i) = carried_rows.row(i);
-    fill[static_cast<std::size_t>(i)] = Fill::passenger;
-  }
+  carry(*this, d, X, normals, carried, W, fill);
+  return W;
+}
+
+RowMatrix GeometricField::at_surface(const Points& V, const Triangles& F, const Points& normals,
+                                     std::vector<Fill>& fill, FieldEvaluationCounts& counts) const {
+  const Impl& d = *impl_;
+  const auto n = static_cast<std::size_t>(V.rows());
+  RowMatrix W = RowMatrix::Zero(V.rows(), d.F.cols());
+  fill.assign(n, Fill::none);
+  std::vector<char> carried(n, 0), open(n, 0);
+  parallel_for(n, 32, [&](std::size_t i) {
+    const auto v = static_cast<Eigen::Index>(i);
+    const Vec3 x = V.row(v).transpose();
+    const Vec3 normal = normals.rows() > 0 ? Vec3(normals.row(v).transpose()) : Vec3(Vec3::Zero());
+    if (d.row(x, normal, W.row(v).data())) return;
+    Site site;
+    (d.look_from(x, normal, site) ? open : carried)[i] = 1;
+  });
+  std::vector<char> missing = open;
+  for (std::size_t i = 0; i < n; ++i) missing[i] |= carried[i];
+  rescue(d, V, F, open, missing, W, fill, counts);
+  carry(*this, d, V, normals, carried, W, fill);
+  counts.passengers = std::count(carried.begin(), carried.end(), 1);
+  counts.seen = std::count(fill.begin(), fill.end(), Fill::none);
   return W;
 }
 
@@ -163,56 +247,9 @@ RowMatrix GeometricField::at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts
     const Vec3 normal = N.rows() > 0 ? Vec3(N.row(v).transpose()) : Vec3(Vec3::Zero());
     open[i] = !d.row(x, normal, W.row(v).data());
   });
-  // Flood fill: along edges, and where triangles share no vertices, to the nearest.
   std::vector<char> missing = open;
   for (std::size_t i = 0; i < n; ++i) missing[i] |= carried[i];
-  if (std::count(open.begin(), open.end(), 1) > 0) {
-    std::vector<std::vector<int>> neighbours(n);
-    for (Eigen::Index f = 0; f < d.mesh.F.rows(); ++f)
-      for (int c = 0; c < 3; ++c) {
-        const int a = d.mesh.F(f, c), b = d.mesh.F(f, (c + 1) % 3);
-        if (open[static_cast<std::size_t>(a)]) neighbours[static_cast<std::size_t>(a)].push_back(b);
-        if (open[static_cast<std::size_t>(b)]) neighbours[static_cast<std::size_t>(b)].push_back(a);
-      }
-    flood_fill(neighbours, W, missing);
-    std::vector<int> known;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (open[i] && !missing[i]) fill[i] = Fill::hidden, ++counts.flood_filled;
-      if (!missing[i]) known.push_back(static_cast<int>(i));
-    }
-    std::vector<int> left;
-    for (std::size_t i = 0; i < n; ++i)
-      if (open[i] && missing[i]) left.push_back(static_cast<int>(i));
-    if (!left.empty() && !known.empty()) {
-      Points K(static_cast<Eigen::Index>(known.size()), 3);
-      for (std::size_t k = 0; k < known.size(); ++k)
-        K.row(static_cast<Eigen::Index>(k)) = V.row(known[k]);
-      const KdTree tree(K);
-      std::vector<Neighbour> found;
-      std::vector<int> filled;
-      for (const int v : left) {
-        tree.nearest(V.row(v).transpose(), fill_neighbours, found);
-        // A piece of soup lies among others; what is far from all does not.
-        if (found.front().distance > d.kernel->radius()) continue;
-        Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(W.cols());
-        for (const Neighbour& u : found) {
-          const double s = u.distance / std::max(found.front().distance, 1e-9);
-          sum += std::exp(1 - s * s) * W.row(known[static_cast<std::size_t>(u.index)]);
-        }
-        W.row(v) = sum / sum.sum();
-        fill[static_cast<std::size_t>(v)] = Fill::hidden;
-        ++counts.flood_filled;
-        filled.push_back(v);
-      }
-      for (const int v : filled) missing[static_cast<std::size_t>(v)] = 0;
-    }
-    for (const int v : left) {
-      if (!missing[static_cast<std::size_t>(v)]) continue;
-      d.row_without_rays(V.row(v).transpose(), W.row(v).data());
-      fill[static_cast<std::size_t>(v)] = Fill::hidden;
-      ++counts.without_rays;
-    }
-  }
+  rescue(d, V, d.mesh.F, open, missing, W, fill, counts);
   std::vector<int> wanted, holding;
   for (std::size_t i = 0; i < n; ++i)
     (carried[i] ? wanted : holding).push_back(static_cast<int>(i));

@@ -7,16 +7,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 namespace skinfield {
 namespace {
 
-constexpr int first_steps = 200, middle_steps = 30, finest_steps = 60;
-constexpr double gain_per_tolerance = 2;
-constexpr float dust = 1e-3f;         // of a weight: goes at each prolongation
-constexpr int held_out_one_in = 10;   // samples
-constexpr double near_radius = 1.75;  // of sigma, for samples near handles
-constexpr float certain = 12;         // softplus(12) against softplus(-12): one hot to 1e-6
+constexpr int first_steps = 200, middle_steps = 30, finest_steps = 100;
+constexpr float dust = 1e-3f;              // of a weight: goes at each prolongation
+constexpr int held_out_one_in = 10;        // samples
+constexpr std::size_t most_probes = 2048;  // held-out samples at which the weights are watched
+constexpr double near_radius = 1.75;       // of sigma, for samples near handles
+constexpr float certain = 12;              // softplus(12) against softplus(-12): one hot to 1e-6
 constexpr std::uint64_t level_streams = std::uint64_t{1} << 40;
 
 }  // namespace
@@ -44,14 +45,15 @@ void LevelSolver::prolong(const std::vector<Site>& points, std::span<FloatRows* 
 
 void LevelSolver::take_up(const FieldState& saved, std::vector<Site> points,
                           const Progress& progress) {
-  field_.kernel.emplace(field_.solid, points, options_.kernel);
+  field_.kernel.emplace(field_.solid, points, options_.kernel, field_.sampler->grading());
   const auto n = static_cast<Eigen::Index>(field_.kernel->points().size());
   bool same = n == saved.X.rows();
   for (Eigen::Index i = 0; same && i < n; ++i)
     same = field_.kernel->points()[static_cast<std::size_t>(i)].x == saved.X.row(i).transpose();
   field_.F = saved.F;
   if (same) return;
-  field_.kernel.emplace(field_.solid, field_.solid.sites(saved.X), options_.kernel);
+  field_.kernel.emplace(field_.solid, field_.solid.sites(saved.X), options_.kernel,
+                        field_.sampler->grading());
   enter(saved.level, std::move(points), progress);
 }
 
@@ -60,14 +62,15 @@ void LevelSolver::enter(int level, std::vector<Site> points, const Progress& pro
   const std::vector<char>& bound = field_.conditions->bound();
   if (!field_.kernel) {
     const auto n = static_cast<Eigen::Index>(points.size());
-    field_.kernel.emplace(field_.solid, std::move(points), options_.kernel);
+    field_.kernel.emplace(field_.solid, std::move(points), options_.kernel,
+                          field_.sampler->grading());
     const auto columns = static_cast<float>(std::count(bound.begin(), bound.end(), 1));
     field_.F = FloatRows::Zero(n, static_cast<Eigen::Index>(bound.size()));
     if (!field_.softplus)
       for (std::size_t j = 0; j < bound.size(); ++j)
         if (bound[j]) field_.F.col(static_cast<Eigen::Index>(j)).setConstant(1 / columns);
   } else {
-    KernelField finer(field_.solid, std::move(points), options_.kernel);
+    KernelField finer(field_.solid, std::move(points), options_.kernel, field_.sampler->grading());
     std::vector<FloatRows*> all{&field_.F};
     if (state_.first.size() > 0) all.insert(all.end(), {&state_.first, &state_.second});
     prolong(finer.points(), all);
@@ -102,6 +105,27 @@ std::vector<WeightedSite> LevelSolver::draw_samples(const InteriorSamples& sourc
   return samples;
 }
 
+std::function<RowMatrix(const FloatRows&)> LevelSolver::make_probe(
+    const std::vector<WeightedSite>& samples) const {
+  auto stencils =
+      std::make_shared<std::vector<FieldStencil>>(std::min(samples.size(), most_probes));
+  parallel_for(stencils->size(), 32, [&](std::size_t i) {
+    const Site& site = samples[i * samples.size() / stencils->size()].site;
+    FieldStencil& stencil = (*stencils)[i];
+    if (!make_stencil(*field_.kernel, *field_.conditions, site, std::span(&site.x, 1), stencil))
+      stencil.place.clear();
+  });
+  return [this, stencils](const FloatRows& F) {
+    RowMatrix W = RowMatrix::Zero(static_cast<Eigen::Index>(stencils->size()), F.cols());
+    const FieldReader reader(F, field_.conditions->bound(), false);
+    parallel_for(stencils->size(), 32, [&](std::size_t i) {
+      const FieldStencil& stencil = (*stencils)[i];
+      if (!stencil.place.empty()) reader.at(stencil, 0, W.row(static_cast<Eigen::Index>(i)).data());
+    });
+    return W;
+  };
+}
+
 bool LevelSolver::solve_convex(int level, bool finest, StageClock& clock,
                                const Progress& progress) {
   const KernelField& kernel = *field_.kernel;
@@ -130,8 +154,8 @@ bool LevelSolver::solve_convex(int level, bool finest, StageClock& clock,
   ConvexOptions convex;
   convex.max_steps = level == 0 ? first_steps : finest ? finest_steps : middle_steps;
   convex.tolerance = options_.tolerance;
-  convex.held_out_gain = gain_per_tolerance * options_.tolerance;
   convex.stop = stop;
+  convex.probe = make_probe(held);
   const std::int64_t before = stats_.iterations;
   SolveStats level_stats = minimise_convex(rows, held_rows, field_.conditions->bound(), convex,
                                            eigenvalue_, field_.F, progress);

@@ -35,6 +35,9 @@ class LevelSolver {
   /// Weighted by equation 11; those of no weight dropped.
   std::vector<WeightedSite> draw_samples(const InteriorSamples& source, int count,
                                          std::uint64_t stream, const Progress& progress) const;
+  /// Reads the weights at some of the samples, for the convex solver.
+  std::function<RowMatrix(const FloatRows&)> make_probe(
+      const std::vector<WeightedSite>& samples) const;
   InteriorSamples sample_source() const;
   /// Replaces each by its regression at the points.
   void prolong(const std::vector<Site>& points, std::span<FloatRows* const> all) const;

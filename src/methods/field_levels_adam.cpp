@@ -31,8 +31,9 @@ void make_samples(const KernelField& kernel, const FieldConditions& conditions,
     if ((i & 31) == 0) progress.check();
     const Site& site = drawn[i].site;
     const Vec3 v = Random(seed, stream + level_streams / 2 + i).direction();
-    const std::array<Vec3, 3> wanted{site.x, site.x + h * v, site.x - h * v};
     FieldSample& sample = samples[i];
+    sample.h = h * kernel.grading().at(site.x);
+    const std::array<Vec3, 3> wanted{site.x, site.x + sample.h * v, site.x - sample.h * v};
     const bool sees = make_stencil(kernel, conditions, site, wanted, sample.stencil);
     sample.weight = sees ? drawn[i].weight : 0;
     if (!sees || !keep) return;
@@ -105,7 +106,7 @@ bool LevelSolver::solve_adam(int level, bool finest, StageClock& clock, const Pr
       for (const FieldSample& sample : fresh) chosen.push_back(&sample);
     }
     ++state_.steps;
-    adam.step(chosen, h, rate, state_.steps);
+    adam.step(chosen, rate, state_.steps);
     stats_.iterations = static_cast<int>(state_.steps);
     progress("adam", static_cast<double>(state_.step) / static_cast<double>(steps));
   }
@@ -124,7 +125,7 @@ bool LevelSolver::solve_adam(int level, bool finest, StageClock& clock, const Pr
       chosen.push_back(&sample);
       facts_.blind_samples += sample.weight > 0 ? 0 : 1;
     }
-    stats_.energy = facts_.held_out_energy = adam.energy(chosen, h);
+    stats_.energy = facts_.held_out_energy = adam.energy(chosen);
     stats_.lower_bound = 0;
     stats_.relative_gap = 1;
     facts_.rows = pooled ? static_cast<std::int64_t>(pool.size()) : batch;

@@ -84,15 +84,17 @@ void FieldRows::fill(const KernelField& field, const FieldConditions& conditions
   stencils.resize(tile_samples);
   local.resize(std::max(local.size(), static_cast<std::size_t>(points_)));
   std::array<char, tile_samples> sees{};
+  std::array<double, tile_samples> step{};
   for (std::size_t s = 0; s < order.size(); ++s) {
     const WeightedSite& sample = samples[static_cast<std::size_t>(order[s])];
     Random random(seed, stream + static_cast<std::uint64_t>(order[s]));
     const std::array<Vec3, 3> frame = random_frame(random);
     std::array<Vec3, 1 + 2 * directions> place;
     place[0] = sample.site.x;
+    step[s] = h * field.grading().at(sample.site.x);
     for (std::size_t d = 0; d < directions; ++d) {
-      place[1 + 2 * d] = sample.site.x + h * frame[d];
-      place[2 + 2 * d] = sample.site.x - h * frame[d];
+      place[1 + 2 * d] = sample.site.x + step[s] * frame[d];
+      place[2 + 2 * d] = sample.site.x - step[s] * frame[d];
     }
     sees[s] = make_stencil(field, conditions, sample.site, place, stencils[s]);
     if (!sees[s]) {
@@ -114,7 +116,7 @@ void FieldRows::fill(const KernelField& field, const FieldConditions& conditions
     if (!sees[s]) continue;
     const FieldStencil& st = stencils[s];
     const double weight = samples[static_cast<std::size_t>(order[s])].weight;
-    const double scale = std::sqrt(weight / directions) / (h * h);
+    const double scale = std::sqrt(weight / directions) / (step[s] * step[s]);
     for (int d = 0; d < directions; ++d) {
       // Equation 13; with equation 9 every place is a blend of two.
       const int row = static_cast<int>(s) * directions + d;

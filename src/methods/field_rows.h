@@ -23,7 +23,8 @@ double winding_weight(double winding, double low, double high);
 class FieldRows {
  public:
   /// @param samples with weights that already hold equation 11's factor. @param h the
-  /// finite-difference step. Sample i's directions depend on (seed, stream + i).
+  /// finite-difference step, times the field's grading. Sample i's directions depend on (seed,
+  /// stream + i).
   FieldRows(const KernelField& field, const FieldConditions& conditions,
             std::span<const WeightedSite> samples, double h, int columns, std::uint64_t seed,
             std::uint64_t stream, const Progress& progress);

@@ -1,5 +1,6 @@
 #include "skinfield/methods/geometric_fields.h"
 
+#include "domain/inside_check.h"
 #include "domain/stage_clock.h"
 #include "methods/field_impl.h"
 #include "methods/field_levels.h"
@@ -20,11 +21,18 @@ constexpr int paper_doublings = 3;
 constexpr int pool_doublings = 5;     // what is far from handles settles while points are few
 constexpr double radius_share = 0.5;  // condition radii in units of sigma (appendix A)
 constexpr double probe_depth = 1e-3;  // of painted places, into the shape; unit box
+constexpr double graded_narrowest = 0.25, least_narrowest = 0.05;
+constexpr int grading_places = 1000;  // in the shape, for the typical length of bones there
 constexpr double volume_share = 0.1;  // of their box that shapes fill, about
 
 int wanted_points(const GeometricFieldsOptions& options) {
   if (options.points > 0) return std::max(options.points, 16);
   return options.solver == GeometricFieldsOptions::Solver::convex ? 1 << 14 : 1 << 16;
+}
+
+double narrowest_kernel(const GeometricFieldsOptions& options) {
+  if (options.narrowest > 0) return std::clamp(options.narrowest, least_narrowest, 1.0);
+  return options.solver == GeometricFieldsOptions::Solver::convex ? graded_narrowest : 1;
 }
 
 Solid make_solid(const Mesh& mesh, const std::vector<Handle>& handles, const PaintedVertices& paint,
@@ -96,6 +104,14 @@ void check_resumable(const FieldState& state, const char* solver, Eigen::Index c
     fail("it is at a level that these options do not have");
 }
 
+/// The paper's radii: half of sigma.
+ConditionRadii radii_of(const KernelField& kernel, const GeometricFieldsOptions& options,
+                        const FieldState& state) {
+  const bool neumann = options.boundary == GeometricFieldsOptions::Boundary::neumann;
+  const double radius = radius_share * kernel.sigma();
+  return {radius, radius, neumann ? state.neumann_radius : 0};
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, double>> settings_of(const GeometricFieldsOptions& o) {
@@ -111,7 +127,8 @@ std::vector<std::pair<std::string, double>> settings_of(const GeometricFieldsOpt
           {"near_handles", o.near_handles},
           {"winding_low", o.winding_low},
           {"winding_high", o.winding_high},
-          {"samples_per_step", o.samples_per_step}};
+          {"samples_per_step", o.samples_per_step},
+          {"narrowest", o.narrowest}};
 }
 
 void apply_settings(const std::vector<std::pair<std::string, double>>& settings,
@@ -132,6 +149,7 @@ void apply_settings(const std::vector<std::pair<std::string, double>>& settings,
     if (name == "near_handles") o.near_handles = std::clamp(value, 0.0, 0.95);
     if (name == "winding_low") o.winding_low = value;
     if (name == "winding_high") o.winding_high = value;
+    if (name == "narrowest" && value >= 0) o.narrowest = value;
     if (name == "samples_per_step" && whole > 0) o.samples_per_step = whole;
   }
 }
@@ -148,6 +166,7 @@ GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& hand
                      {},
                      {},
                      false}) {
+  check_has_inside(impl_->solid, impl_->mesh);
   impl_->softplus = options.solver != GeometricFieldsOptions::Solver::convex;
   impl_->conditions.emplace(impl_->solid, impl_->mesh, handles, paint,
                             options.boundary == GeometricFieldsOptions::Boundary::neumann);
@@ -155,10 +174,32 @@ GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& hand
   if (std::find(bound.begin(), bound.end(), 1) == bound.end())
     throw DomainError("no handle has a part inside the shape", {}, "use the surface as domain");
   impl_->sampler.emplace(impl_->solid, options.seed, progress);
+  if (const double narrowest = narrowest_kernel(options); narrowest < 1) {
+    Points places(grading_places, 3);
+    for (Eigen::Index i = 0; i < places.rows(); ++i)
+      places.row(i) =
+          impl_->sampler->draw(options.seed, 0x70000000ull + static_cast<std::uint64_t>(i)).x;
+    impl_->sampler->grade({impl_->conditions->segments(), places, narrowest}, options.seed);
+  }
 }
 
 GeometricField::~GeometricField() = default;
 GeometricField::GeometricField(GeometricField&&) noexcept = default;
+
+std::shared_ptr<GeometricField> restore_field(const Mesh& mesh, const std::vector<Handle>& handles,
+                                              const PaintedVertices& paint,
+                                              const GeometricFieldsOptions& options,
+                                              const FieldState& state, const Progress& progress) {
+  auto restored = std::make_shared<GeometricField>(mesh, handles, paint, options, progress);
+  GeometricField::Impl& field = restored->impl();
+  check_resumable(state, name_of(options.solver),
+                  static_cast<Eigen::Index>(field.conditions->bound().size()), state.counts.size());
+  field.kernel.emplace(field.solid, field.solid.sites(state.X), options.kernel,
+                       field.sampler->grading());
+  field.F = state.F;
+  field.conditions->set_radii(radii_of(*field.kernel, options, state), field.sampler->grading());
+  return restored;
+}
 
 GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handle>& handles,
                                        const PaintedVertices& paint,
@@ -207,16 +248,14 @@ GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handl
     else
       solver.enter(level, std::move(here), progress);
     clock.lap("prolong");
-    // The paper's radii: half of sigma; Neumann's stays what it is on the paper's first level.
+    // Neumann's radius stays what it is on the paper's first level.
     const KernelField& kernel = *field.kernel;
     if (!(state.neumann_radius > 0)) {
       const double ratio = std::cbrt(static_cast<double>(kernel.points().size()) / paper_first);
       state.neumann_radius = radius_share * kernel.sigma() * std::min(1.0, ratio);
     }
-    result.facts.radii = {
-        radius_share * kernel.sigma(), radius_share * kernel.sigma(),
-        options.boundary == GeometricFieldsOptions::Boundary::neumann ? state.neumann_radius : 0};
-    field.conditions->set_radii(result.facts.radii);
+    result.facts.radii = radii_of(kernel, options, state);
+    field.conditions->set_radii(result.facts.radii, field.sampler->grading());
     const bool finest = level + 1 == static_cast<int>(state.counts.size());
     if (!solver.solve(level, finest, clock, progress)) break;
   }

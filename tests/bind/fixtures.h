@@ -79,4 +79,37 @@ inline std::vector<Handle> bar_bones(int count = 3) {
   return bones;
 }
 
+/// Three bones end to end from 0 to 1.
+inline std::vector<Handle> three_along_x(double y = 0, double z = 0) {
+  return {bone({0.02, y, z}, {0.33, y, z}), bone({0.33, y, z}, {0.67, y, z}),
+          bone({0.67, y, z}, {0.98, y, z})};
+}
+
+/// A strip in the plane z = 0.
+inline Mesh flat_strip() {
+  Mesh mesh;
+  const int n = 20;
+  mesh.V.resize(2 * (n + 1), 3);
+  mesh.F.resize(2 * n, 3);
+  for (int i = 0; i <= n; ++i) {
+    mesh.V.row(2 * i) << i / 20.0, -0.1, 0;
+    mesh.V.row(2 * i + 1) << i / 20.0, 0.1, 0;
+  }
+  for (int i = 0; i < n; ++i) {
+    mesh.F.row(2 * i) << 2 * i, 2 * i + 2, 2 * i + 1;
+    mesh.F.row(2 * i + 1) << 2 * i + 1, 2 * i + 2, 2 * i + 3;
+  }
+  return mesh;
+}
+
+/// Four bones around a circle of radius 1.
+inline std::vector<Handle> ring_of_bones() {
+  std::vector<Handle> ring;
+  for (int k = 0; k < 4; ++k) {
+    const double a = k * std::numbers::pi / 2, b = a + 0.9 * std::numbers::pi / 2;
+    ring.push_back(bone({std::cos(a), std::sin(a), 0}, {std::cos(b), std::sin(b), 0}));
+  }
+  return ring;
+}
+
 }  // namespace skinfield_test

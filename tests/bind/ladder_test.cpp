@@ -6,28 +6,6 @@ namespace {
 
 using namespace skinfield_test;
 
-std::vector<Handle> three_along_x(double y = 0, double z = 0) {
-  return {bone({0.02, y, z}, {0.33, y, z}), bone({0.33, y, z}, {0.67, y, z}),
-          bone({0.67, y, z}, {0.98, y, z})};
-}
-
-/// A strip in the plane z = 0.
-Mesh flat_strip() {
-  Mesh mesh;
-  const int n = 20;
-  mesh.V.resize(2 * (n + 1), 3);
-  mesh.F.resize(2 * n, 3);
-  for (int i = 0; i <= n; ++i) {
-    mesh.V.row(2 * i) << i / 20.0, -0.1, 0;
-    mesh.V.row(2 * i + 1) << i / 20.0, 0.1, 0;
-  }
-  for (int i = 0; i < n; ++i) {
-    mesh.F.row(2 * i) << 2 * i, 2 * i + 2, 2 * i + 1;
-    mesh.F.row(2 * i + 1) << 2 * i + 1, 2 * i + 2, 2 * i + 3;
-  }
-  return mesh;
-}
-
 void expect_bones_rule_along_x(const BindResult& result, const Points& V, double share = 0.7) {
   for (Eigen::Index i = 0; i < V.rows(); ++i)
     for (int b = 0; b < 3; ++b)
@@ -48,12 +26,7 @@ TEST(Ladder, AFlatStripLivesOnItsSurface) {
 }
 
 TEST(Ladder, AMoebiusStripLivesOnItsSurface) {
-  std::vector<Handle> ring;
-  for (int k = 0; k < 4; ++k) {
-    const double a = k * std::numbers::pi / 2, b = a + 0.9 * std::numbers::pi / 2;
-    ring.push_back(bone({std::cos(a), std::sin(a), 0}, {std::cos(b), std::sin(b), 0}));
-  }
-  const BindResult result = bound(character(moebius_strip(60), ring));
+  const BindResult result = bound(character(moebius_strip(60), ring_of_bones()));
   EXPECT_EQ(result.report.rung, Rung::surface);
   for (int b = 0; b < 4; ++b) EXPECT_GT(result.weights.W.col(b).sum(), 5);
 }

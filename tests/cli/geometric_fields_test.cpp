@@ -1,6 +1,8 @@
 // Geometric fields as a user asks for them: pause, paint, resume.
 #include "cli/characters.h"
+#include "skinfield/io/gltf.h"
 #include "skinfield/io/weights_file.h"
+#include "skinfield/weights/statistics.h"
 
 #include <nlohmann/json.hpp>
 
@@ -8,8 +10,11 @@ namespace skinfield_test {
 namespace {
 
 using Json = nlohmann::json;
+using skinfield::compare;
+using skinfield::read_gltf;
 using skinfield::read_weights;
 using skinfield::RowMatrix;
+using skinfield::SkinWeights;
 
 std::vector<std::string> field_of_box(const std::vector<std::string>& more) {
   std::vector<std::string> all{"bind",    "box.obj",  "--skeleton",
@@ -69,6 +74,80 @@ TEST(GeometricFieldsVerb, PaintComesInWhenResumed) {
   const RowMatrix after = weights(folder);
   for (int v = 0; v < 4; ++v) EXPECT_NEAR(after(v, 1), 1, 1e-12) << v;
   EXPECT_GT(after(4, 1), before(4, 1)) << "the neighbours feel it";
+}
+
+TEST(GeometricFieldsVerb, SavedFieldsAreTransferred) {
+  const TemporaryFolder folder;
+  expect_runs(folder, {"sample", "gecko", "--triangles", "24000", "-o", "fine.glb"});
+  expect_runs(folder, {"sample", "gecko", "--triangles", "8000", "-o", "coarse.glb"});
+  const std::vector<std::string> method{"--method", "geometric-fields", "--quality", "draft"};
+  const auto bind = [&](std::vector<std::string> all) {
+    all.insert(all.end(), method.begin(), method.end());
+    expect_runs(folder, all);
+  };
+  bind({"bind", "fine.glb", "--save-field", "gecko.sfield", "-o", "fine.npz"});
+  bind({"bind", "coarse.glb", "-o", "coarse.npz"});
+  // The shape itself has its own rows again.
+  expect_runs(folder, {"transfer", "gecko.sfield", "fine.glb", "-o", "again.npz"});
+  EXPECT_LT(compare(read_weights(folder / "again.npz"), read_weights(folder / "fine.npz")).mean,
+            1e-9);
+  const RunResult to_coarse =
+      expect_runs(folder, {"transfer", "gecko.sfield", "coarse.glb", "-o", "lod.npz", "--json"});
+  const SkinWeights carried = read_weights(folder / "lod.npz"),
+                    bound = read_weights(folder / "coarse.npz");
+  EXPECT_LT(compare(carried, bound).mean, 0.05) << "the levels are of one shape";
+  EXPECT_EQ(carried.names, bound.names);
+  const Json counts = Json::parse(to_coarse.out)["field_vertices"];
+  const auto all = counts["seen"].get<int>() + counts["flood_filled"].get<int>() +
+                   counts["without_rays"].get<int>() + counts["passengers"].get<int>();
+  EXPECT_GT(counts["seen"], 0);
+  EXPECT_LE(all, bound.W.rows()) << "vertices in one place are one";
+  // A rigged file, joints and all.
+  expect_runs(folder, {"transfer", "gecko.sfield", "coarse.glb", "-o", "lod.glb"});
+  const skinfield::Skeleton was = read_gltf(folder / "fine.glb").characters.front().skeleton,
+                            is = read_gltf(folder / "lod.glb").characters.front().skeleton;
+  ASSERT_EQ(is.joints.size(), was.joints.size());
+  for (std::size_t j = 0; j < is.joints.size(); ++j) {
+    EXPECT_EQ(is.joints[j].name, was.joints[j].name);
+    EXPECT_LT((is.joints[j].position - was.joints[j].position).norm(), 1e-5);
+  }
+}
+
+TEST(GeometricFieldsVerb, ATransferredFieldRigsAnObj) {
+  const BoxFolder folder;
+  expect_runs(folder, field_of_box({"--nodes", "500", "--save-field", "box.sfield"}));
+  expect_runs(folder, {"transfer", "box.sfield", "box.obj", "-o", "rigged.glb"});
+  const skinfield::Character rigged = read_gltf(folder / "rigged.glb").characters.front();
+  EXPECT_EQ(rigged.skeleton.joints.size(), 3u) << "two bones and the end of the second";
+  // As binding straight into a glTF gives it.
+  auto straight = field_of_box({"--nodes", "500"});
+  straight[7] = "bound.glb";
+  expect_runs(folder, straight);
+  EXPECT_LT(
+      compare(*rigged.weights, *read_gltf(folder / "bound.glb").characters.front().weights).max,
+      1e-6);
+  expect_refused(folder, {"transfer", "box.sfield", "box.obj", "--nodes", "99", "-o", "out.glb"}, 2,
+                 {"--nodes", "box.sfield"});
+  write_file(folder / "bad.sfield", "no field");
+  expect_refused(folder, {"transfer", "bad.sfield", "box.obj", "-o", "out.glb"}, 3, {"bad.sfield"});
+}
+
+TEST(GeometricFieldsVerb, WithoutAnInsideTheSurfaceStandsIn) {
+  const BoxFolder folder;
+  write_file(folder / "flat.obj",
+             "v 0 0 0\nv 2 0 0\nv 4 0 0\nv 0 1 0\nv 2 1 0\nv 4 1 0\n"
+             "f 1 2 5 4\nf 2 3 6 5\n");
+  auto flat = field_of_box({"--json"});
+  flat[1] = "flat.obj";
+  const Json report = Json::parse(expect_runs(folder, flat).out);
+  EXPECT_EQ(report["domain"]["rung"], "surface");
+  EXPECT_EQ(report["domain"]["kind"], "tris");
+  EXPECT_FALSE(report["warnings"].empty());
+  EXPECT_GT(weights(folder)(0, 0), 0.5);
+  flat = field_of_box({"--save-field", "a.sfield"});
+  flat[1] = "flat.obj";
+  flat[7] = "out.glb";
+  expect_refused(folder, flat, 4, {"flat.obj", "no inside", "--save-field"});
 }
 
 TEST(GeometricFieldsVerb, SaysWhatDoesNotFit) {

@@ -1,5 +1,6 @@
 // Every method of bind, as a user asks for it.
 #include "cli/characters.h"
+#include "domain/tetgen_mesher.h"
 #include "skinfield/io/weights_file.h"
 #include "skinfield/weights/statistics.h"
 
@@ -70,6 +71,7 @@ TEST(Methods, EachGivesValidWeightsOfItsOwn) {
 }
 
 TEST(Methods, SolversAgreeAndTheOthersHaveMoreEnergy) {
+  if (!skinfield::have_tetgen()) GTEST_SKIP() << "the permissive profile has no TetGen";
   const BoxFolder folder;
   expect_runs(folder, {"tetrahedralise", "box.obj", "--skeleton", "box.tgf", "--nodes", "600", "-o",
                        "box.mesh"});
@@ -102,6 +104,7 @@ TEST(Methods, SolversAgreeAndTheOthersHaveMoreEnergy) {
 }
 
 TEST(Methods, OptionsWithoutUseOnThisShapeAreNamed) {
+  if (!skinfield::have_tetgen()) GTEST_SKIP() << "the permissive profile has no TetGen";
   const BoxFolder folder;
   expect_runs(folder, {"tetrahedralise", "box.obj", "--skeleton", "box.tgf", "--nodes", "200", "-o",
                        "box.mesh", "--quiet"});
@@ -125,6 +128,7 @@ TEST(Methods, HistoryOfTheDualIsInTheReport) {
 }
 
 TEST(Methods, QuasiHarmonicMakesItsOwnElements) {
+  if (!skinfield::have_tetgen()) GTEST_SKIP() << "the permissive profile has no TetGen";
   const BoxFolder folder;
   const Json report = Json::parse(
       expect_runs(folder, {"bind", "box.obj", "--skeleton", "box.tgf", "--nodes", "600", "--method",
@@ -135,6 +139,7 @@ TEST(Methods, QuasiHarmonicMakesItsOwnElements) {
 }
 
 TEST(Methods, PaintAndLocksHoldInEach) {
+  if (!skinfield::have_tetgen()) GTEST_SKIP() << "the permissive profile has no TetGen";
   const BoxFolder folder;
   write_file(folder / "paint.csv", "0,0,1\n19,0.25,0.75\n");
   std::string given = "one,two\n";

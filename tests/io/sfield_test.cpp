@@ -42,6 +42,23 @@ FieldFile example(bool moments) {
   file.paint.index = {2};
   file.paint.weights = RowMatrix::Constant(1, 3, 1.0 / 3);
   file.settings = {{"step", 0.5}, {"points", 32}};
+  file.mirror_partner = {1, 0, 2};
+  file.mirror_plane = 0.25;
+  Skeleton& skeleton = file.skeleton;
+  skeleton.source = Skeleton::Source::gltf;
+  skeleton.joints.resize(4);
+  skeleton.joints[1].name = "Hüfte";
+  skeleton.joints[1].parent = 0;
+  skeleton.joints[1].position = Vec3(1, 2, 3);
+  skeleton.joints[1].inverse_bind(0, 3) = -1;
+  skeleton.joints[1].local_rest(1, 2) = 0.5;
+  skeleton.joints[1].world_rest(2, 0) = 0.25;
+  skeleton.bones = {{0, 1}, {1, 3}};
+  skeleton.column = {1, 3, 0};
+  skeleton.columns = 4;
+  skeleton.column_names = {"a", "b", "c", "d"};
+  file.handles[0].joint = 1;
+  skeleton.handles = file.handles;
   return file;
 }
 
@@ -77,7 +94,36 @@ TEST(SavedField, ComesBackAsItWas) {
     EXPECT_EQ(back.paint.index, file.paint.index);
     EXPECT_EQ(back.paint.weights, file.paint.weights);
     EXPECT_EQ(back.settings, file.settings);
+    EXPECT_EQ(back.mirror_partner, file.mirror_partner);
+    EXPECT_EQ(back.mirror_plane, file.mirror_plane);
   }
+}
+
+TEST(SavedField, CarriesItsSkeleton) {
+  const FieldFile file = example(false);
+  const FieldFile read = parse_sfield(format_sfield(file), "test");
+  const Skeleton& back = read.skeleton;
+  EXPECT_EQ(back.source, Skeleton::Source::gltf);
+  ASSERT_EQ(back.joints.size(), 4u);
+  const Joint &joint = back.joints[1], &was = file.skeleton.joints[1];
+  EXPECT_EQ(joint.name, was.name);
+  EXPECT_EQ(joint.parent, 0);
+  EXPECT_EQ(back.joints[0].parent, -1);
+  EXPECT_EQ(joint.position, was.position);
+  EXPECT_EQ(joint.inverse_bind, was.inverse_bind);
+  EXPECT_EQ(joint.local_rest, was.local_rest);
+  EXPECT_EQ(joint.world_rest, was.world_rest);
+  EXPECT_EQ(back.bones, file.skeleton.bones);
+  EXPECT_EQ(back.column, file.skeleton.column);
+  EXPECT_EQ(back.columns, 4);
+  EXPECT_EQ(back.column_names, file.skeleton.column_names);
+  // Handles are in the file's units, regions points in the middle of their vertices.
+  ASSERT_EQ(back.handles.size(), 3u);
+  EXPECT_EQ(back.handles[0].joint, 1);
+  EXPECT_LT((file.box.to(back.handles[0].segments[1].second) - Vec3(1, 1, 0)).norm(), 1e-12);
+  EXPECT_EQ(back.handles[2].kind, Handle::Kind::point);
+  const Vec3 middle = 0.5 * (file.shape.V.row(1) + file.shape.V.row(3)).transpose();
+  EXPECT_LT((file.box.to(back.handles[2].point) - middle).norm(), 1e-12);
 }
 
 TEST(SavedField, RefusesWhatDoesNotFitTogether) {
@@ -92,7 +138,12 @@ TEST(SavedField, RefusesWhatDoesNotFitTogether) {
     });
   };
   EXPECT_THROW(parse_sfield("no zip", "test"), InputError);
-  EXPECT_THROW(parse_sfield(set("schema", npy_from_integers({9})), "test"), InputError);
+  try {
+    parse_sfield(set("schema", npy_from_integers({9})), "test");
+    FAIL() << "another version is read";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("version 9"), std::string::npos);
+  }
   EXPECT_THROW(parse_sfield(set("faces", npy_from_integers({0, 1, 7})), "test"), InputError);
   EXPECT_THROW(parse_sfield(set("faces", npy_from_integers({0, 1})), "test"), InputError);
   EXPECT_THROW(parse_sfield(set("progress", npy_from_integers({0, 0, 2, 0, 0})), "test"),
@@ -105,6 +156,14 @@ TEST(SavedField, RefusesWhatDoesNotFitTogether) {
       InputError);
   EXPECT_THROW(parse_sfield(set("segment_handles", npy_from_integers({0, 0, 5})), "test"),
                InputError);
+  EXPECT_THROW(parse_sfield(set("joint_parents", npy_from_integers({-1, 4, 0, 0})), "test"),
+               InputError);
+  EXPECT_THROW(parse_sfield(set("joint_parents", npy_from_integers({-1, 2, 1, 0})), "test"),
+               InputError);
+  EXPECT_THROW(parse_sfield(set("bones", npy_from_integers({0, 4})), "test"), InputError);
+  EXPECT_THROW(parse_sfield(set("handle_columns", npy_from_integers({0, 1, 4})), "test"),
+               InputError);
+  EXPECT_THROW(parse_sfield(set("mirror_partner", npy_from_integers({0})), "test"), InputError);
   EXPECT_THROW(parse_sfield(set("paint_index", npy_from_integers({4})), "test"), InputError);
   NpzArrays arrays = parse_npz(format_sfield(example(true)), "test");
   std::erase_if(arrays, [](const auto& entry) { return entry.first == "points"; });

@@ -228,19 +228,20 @@ TEST(AdamField, GoesDownhillAlongItsGradient) {
       ASSERT_TRUE(
           make_stencil(c.field, c.conditions, c.samples[i].site, places, samples[i].stencil));
       samples[i].weight = c.samples[i].weight;
+      samples[i].h = c.h;
       all.push_back(&samples[i]);
     }
     AdamField adam(4 * c.random_rows(9), {}, {}, {1, 1});
     const FloatRows before = adam.parameters();
-    const double first = adam.step(all, c.h, 1e-3, 1);
+    const double first = adam.step(all, 1e-3, 1);
     // first moments after one step: (1 - beta1) g.
     const FloatRows g = adam.first() / 0.1f;
     const FloatRows moved = adam.parameters() - before;
     const double predicted = (g.cast<double>().array() * moved.cast<double>().array()).sum();
     EXPECT_LT(predicted, 0);
-    EXPECT_NEAR(adam.energy(all, c.h) - first, predicted, 0.1 * std::abs(predicted));
+    EXPECT_NEAR(adam.energy(all) - first, predicted, 0.1 * std::abs(predicted));
     double last = first;
-    for (int t = 2; t < 200; ++t) last = adam.step(all, c.h, 0.1, t);
+    for (int t = 2; t < 200; ++t) last = adam.step(all, 0.1, t);
     EXPECT_LT(last, 0.2 * first);
   }
 }

@@ -69,6 +69,23 @@ TEST(GeometricFields, WeightsOfABar) {
   }
 }
 
+TEST(GeometricFields, ConvergedMeansThatNoWeightMoves) {
+  GeometricFieldsOptions options = small();
+  options.tolerance = 1e-12;
+  const GeometricFieldsResult tight = geometric_fields(bar(), two_bones(), {}, options);
+  EXPECT_EQ(tight.stats.status, SolveStats::Status::limit) << "held-out energy ended it";
+  EXPECT_GT(tight.stats.largest_change, 0);
+  for (const double tolerance : {0.1, 1e-2}) {
+    options.tolerance = tolerance;
+    const GeometricFieldsResult result = geometric_fields(bar(), two_bones(), {}, options);
+    if (result.stats.status == SolveStats::Status::converged) {
+      EXPECT_LT(result.stats.largest_change, tolerance);
+    }
+    EXPECT_LT((result.W - tight.W).cwiseAbs().maxCoeff(), 10 * tolerance);
+  }
+  EXPECT_EQ(solved().stats.status, SolveStats::Status::converged);
+}
+
 TEST(GeometricFields, OptimisersAgree) {
   GeometricFieldsOptions options = small(Solver::adam_pool);
   options.max_iterations = 2400;

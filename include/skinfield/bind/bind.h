@@ -132,9 +132,17 @@ struct BindResult {
 BindResult bind(const Character& character, const BindOptions& options = {},
                 const Progress& progress = {});
 
+/// A saved field, to be transferred. Of the options: max_influences and prune.
+/// @throws InputError or DomainError where the file's parts do not fit together.
+std::shared_ptr<const SolvedDomain> solved_field(const FieldFile& file,
+                                                 const BindOptions& options = {},
+                                                 const Progress& progress = {});
+
 /// Weights of another mesh of the same character (level of detail, clothes) through the domain.
-/// Positions in the character's units.
+/// Positions in the character's units. `vertices_filled`: by cause; `field_vertices`: how many rows
+/// of a geometric field came about how (both as in BindReport, or null).
 SkinWeights transfer(const SolvedDomain& solved, const Character& target,
-                     std::map<std::string, std::int64_t>* vertices_filled = nullptr);
+                     std::map<std::string, std::int64_t>* vertices_filled = nullptr,
+                     std::map<std::string, std::int64_t>* field_vertices = nullptr);
 
 }  // namespace skinfield

@@ -7,6 +7,7 @@
 // close to a wall does not bleed through it.
 #pragma once
 
+#include "skinfield/domain/grading.h"
 #include "skinfield/domain/solid.h"
 #include "skinfield/geometry/closest_point.h"
 #include "skinfield/rig/skeleton.h"
@@ -46,7 +47,11 @@ class FieldConditions {
   FieldConditions(const Solid& solid, const Mesh& mesh, const std::vector<Handle>& handles,
                   const PaintedVertices& paint, bool neumann);
 
-  void set_radii(const ConditionRadii& radii) { radii_ = radii; }
+  /// Lagrange's and Dirichlet's are narrower by the grading's s.
+  void set_radii(const ConditionRadii& radii, const Grading& grading = {}) {
+    radii_ = radii;
+    grading_ = grading;
+  }
   const ConditionRadii& radii() const { return radii_; }
   bool neumann() const { return walls_.has_value(); }
 
@@ -86,6 +91,7 @@ class FieldConditions {
 
   const Solid& solid_;
   ConditionRadii radii_;
+  Grading grading_;
   std::vector<Segment> handles_;
   std::vector<std::pair<Vec3, Vec3>> segments_;
   std::vector<char> bound_;

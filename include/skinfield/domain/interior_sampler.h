@@ -3,6 +3,7 @@
 #pragma once
 
 #include "skinfield/base/progress.h"
+#include "skinfield/domain/grading.h"
 #include "skinfield/domain/solid.h"
 
 #include <cstdint>
@@ -21,8 +22,14 @@ class InteriorSampler {
   InteriorSampler(InteriorSampler&&) noexcept;
   InteriorSampler& operator=(InteriorSampler&&) noexcept;
 
+  /// From now on points have the grading's density.
+  void grade(const Grading& grading, std::uint64_t seed);
+  const Grading& grading() const;
   double volume() const;
-  /// Uniform in the interior; depends on (seed, stream) alone. The clearance is a lower bound.
+  /// Probability density of draw at x in the interior.
+  double density(const Vec3& x) const;
+  /// Uniform in the interior or graded; depends on (seed, stream) alone. The clearance is a lower
+  /// bound.
   Site draw(std::uint64_t seed, std::uint64_t stream) const;
   /// The site of a point drawn elsewhere.
   Site site(const Vec3& x) const;
@@ -44,8 +51,9 @@ struct WeightedSite {
 };
 
 /// Samples of the interior, a share of them within `radius` of the segments (points: both ends
-/// equal), the rest uniform; weighted by the balance heuristic of multiple importance sampling, so
-/// that the sum of weight * g estimates the integral of g without bias. Refers to its arguments.
+/// equal; graded where the sampler is), the rest as the sampler draws; weighted by the balance
+/// heuristic of multiple importance sampling, so that the sum of weight * g estimates the integral
+/// of g without bias. Refers to its arguments.
 class InteriorSamples {
  public:
   using Segments = std::vector<std::pair<Vec3, Vec3>>;
@@ -63,7 +71,8 @@ class InteriorSamples {
   const InteriorSampler& sampler_;
   const Solid& solid_;
   const Segments& segments_;
-  double radius_, share_near_, total_ = 0;
+  double share_near_, total_ = 0;
+  std::vector<double> radius_;             ///< of each segment
   std::vector<double> until_;              ///< lengths up to and with each segment
   std::vector<std::vector<Site>> pieces_;  ///< known places on each segment
 };

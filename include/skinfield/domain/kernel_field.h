@@ -3,6 +3,7 @@
 // Skinning Using Geometric Fields", section 4.1, equations 2 to 4).
 #pragma once
 
+#include "skinfield/domain/grading.h"
 #include "skinfield/domain/solid.h"
 
 #include <cstdint>
@@ -23,27 +24,31 @@ struct KernelFieldOptions {
 /// Positions of some points relative to an origin, for many evaluations.
 struct LocalPoints {
   std::vector<float> x, y, z;
-  void gather(const std::vector<Site>& points, const std::vector<std::int32_t>& index,
-              const Vec3& origin);
+  std::vector<float> inverse;  ///< of the square of where the kernel ends
 };
 
 /// Positions in the unit box. Thread-safe for queries. Refers to the solid, which must outlive it.
 class KernelField {
  public:
-  /// @param points inside the solid, with exact clearances; at least one.
-  KernelField(const Solid& solid, std::vector<Site> points, const KernelFieldOptions& options = {});
+  /// @param points inside the solid, with exact clearances; at least one. @param grading their
+  /// kernels are narrower by its s, for points spread with its density.
+  KernelField(const Solid& solid, std::vector<Site> points, const KernelFieldOptions& options = {},
+              const Grading& grading = {});
   ~KernelField();
   KernelField(KernelField&&) noexcept;
   KernelField& operator=(KernelField&&) noexcept;
 
   /// In Morton order, which is not the order that they were given in.
   const std::vector<Site>& points() const;
+  /// Of the widest kernels.
   double sigma() const;
-  /// Where the kernel ends.
+  /// Where the widest kernels end.
   double radius() const;
+  const Grading& grading() const;
   const Solid& solid() const;
 
-  /// The points nearer to `from` than `reach` that it sees (equation 4), ascending.
+  /// The points nearer to `from` than `reach` that it sees (equation 4), ascending. `reach` is
+  /// meant for the widest kernels: points of narrower ones are as much nearer as they end earlier.
   void see(const Site& from, double reach, std::vector<std::int32_t>& seen) const;
   /// The points nearer to `from` than `reach`, seen or not, ascending.
   void near(const Vec3& from, double reach, std::vector<std::int32_t>& found) const;
@@ -51,6 +56,7 @@ class KernelField {
   /// non-negative, sum 1. The nearest takes all where none is within the radius.
   /// Precondition: seen is not empty.
   void weights(const Vec3& x, const std::vector<std::int32_t>& seen, float* phi) const;
+  void gather(const std::vector<std::int32_t>& index, const Vec3& origin, LocalPoints& local) const;
   /// The same at x relative to the origin of `local`.
   void weights(const LocalPoints& local, const Vec3& x, float* phi) const;
   int nearest(const Vec3& x) const;

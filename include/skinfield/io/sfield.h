@@ -22,10 +22,17 @@ struct FieldFile {
   std::vector<Handle> handles;  ///< in the unit box, with names; column i is handles[i]
   PaintFile paint;              ///< on the shape's vertices, or empty
   std::vector<std::pair<std::string, double>> settings;  ///< of the method, by name
+  /// Joints, bones and columns for writing rigged files, in the file's units. Its handles are those
+  /// above, regions as points at their middle; they have columns even where paint alone binds.
+  Skeleton skeleton;
+  /// Weights that were made symmetric: the partner of each handle, mirrored in x = mirror_plane
+  /// (unit box); or empty.
+  std::vector<int> mirror_partner;
+  double mirror_plane = 0;
 };
 
 /// Throws InputError for damaged files, missing arrays, sizes that do not fit together, indices
-/// that do not exist and values that are not finite.
+/// that do not exist, values that are not finite, and versions other than format_sfield's.
 FieldFile read_sfield(const std::filesystem::path& path);
 FieldFile parse_sfield(std::string_view bytes, const std::string& name);
 /// Written atomically. Throws IoError where it cannot be written.

@@ -27,13 +27,16 @@ struct GeometricFieldsOptions {
   Boundary boundary = Boundary::natural;
   SolidOptions::Visibility visibility = SolidOptions::Visibility::counted;
   KernelFieldOptions kernel;
-  int points = 0;              ///< at the finest level; 0: 2^14 for convex, else 2^16
-  double step = 0.5;           ///< finite-difference step h in units of sigma
-  double rows_per_point = 12;  ///< convex: directional rows for each point
-  double near_handles = 0.5;   ///< share of the samples drawn near handles
+  int points = 0;  ///< at the finest level; 0: 2^14 for convex, else 2^16
+  /// Kernels beside short bones are narrower down to this share, and as much denser; 1: all alike,
+  /// as in the paper. 0: a quarter for convex, 1 for adam and adam_pool.
+  double narrowest = 0;
+  double step = 0.5;                              ///< finite-difference step h in units of sigma
+  double rows_per_point = 12;                     ///< convex: directional rows for each point
+  double near_handles = 0.5;                      ///< share of the samples drawn near handles
   double winding_low = 0.1, winding_high = 0.25;  ///< equation 11
   int samples_per_step = 1 << 11;                 ///< adam, adam_pool: M
-  double tolerance = 1e-3;          ///< convex; twice this share of held-out energy must be gained
+  double tolerance = 1e-2;  ///< convex: converged where no weight changes by more in five passes
   std::int64_t max_iterations = 0;  ///< in all, resumed ones too; 0: the solver's own
   double time_limit_s = 0;          ///< 0: none
   std::uint64_t seed = 0;
@@ -44,7 +47,8 @@ struct FieldEvaluationCounts {
   std::int64_t seen = 0;          ///< the masked kernel, rays from a little way inside
   std::int64_t flood_filled = 0;  ///< from neighbours: outside, or no point in view
   std::int64_t without_rays = 0;  ///< the kernel without visibility
-  std::int64_t passengers = 0;    ///< clothes and shells: from the nearest vertices of the solid
+  std::int64_t passengers = 0;    ///< clothes and shells, and what of another surface lies
+                                  ///< outside: from the nearest vertices of the solid
 };
 
 struct GeometricFieldsFacts {
@@ -62,7 +66,7 @@ struct GeometricFieldsFacts {
 /// A field that can be evaluated anywhere. Positions in the unit box. Owns all that it needs.
 class GeometricField {
  public:
-  /// @throws DomainError if the shape has no volume or nothing binds it.
+  /// @throws DomainError if the shape has no inside worth the name or nothing binds it.
   GeometricField(const Mesh& mesh, const std::vector<Handle>& handles, const PaintedVertices& paint,
                  const GeometricFieldsOptions& options, const Progress& progress = {});
   ~GeometricField();
@@ -70,6 +74,11 @@ class GeometricField {
 
   /// (n,m) rows on the simplex for (n,3) points, unit normals (n,3) or no rows.
   RowMatrix at(const Points& X, const Points& normals, std::vector<Fill>& fill) const;
+  /// The vertices of another surface of the same character (a level of detail, clothes): appendix
+  /// A's order of rescue inside, and what lies outside holds on to the shape's own surface. F may
+  /// have no rows.
+  RowMatrix at_surface(const Points& V, const Triangles& F, const Points& normals,
+                       std::vector<Fill>& fill, FieldEvaluationCounts& counts) const;
   /// The vertices of the mesh, with appendix A's order of rescue. Painted ones have their paint.
   RowMatrix at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts& counts) const;
 
@@ -94,6 +103,14 @@ struct GeometricFieldsResult {
   SolveStats stats;
   GeometricFieldsFacts facts;
 };
+
+/// A field as it was saved, to be evaluated. @param state as geometric_fields gives it for these
+/// arguments. @throws DomainError as GeometricField, InputError if the state does not fit.
+std::shared_ptr<GeometricField> restore_field(const Mesh& mesh, const std::vector<Handle>& handles,
+                                              const PaintedVertices& paint,
+                                              const GeometricFieldsOptions& options,
+                                              const FieldState& state,
+                                              const Progress& progress = {});
 
 /// The options by name and back, for saved fields. Unknown names are ignored.
 std::vector<std::pair<std::string, double>> settings_of(const GeometricFieldsOptions& options);
