@@ -1,6 +1,6 @@
+#include "skinfield/io/sfield.h"
 #include "fuzz.h"
 #include "io/zip.h"
-#include "skinfield/io/sfield.h"
 
 #include <string>
 #include <vector>
@@ -20,10 +20,10 @@ static void read(std::string_view bytes) {
     const std::size_t line = bytes.find('\n', name);
     if (line == std::string_view::npos) break;
     at = bytes.find(kMark, line);
-    entries.push_back({std::string(bytes.substr(name, line - name)),
-                       std::string(bytes.substr(line + 1, at == std::string_view::npos
-                                                              ? std::string_view::npos
-                                                              : at - line - 1))});
+    entries.push_back(
+        {std::string(bytes.substr(name, line - name)),
+         std::string(bytes.substr(
+             line + 1, at == std::string_view::npos ? std::string_view::npos : at - line - 1))});
   }
   skinfield::parse_sfield(skinfield::write_zip(entries), "fuzz");
 }

@@ -23,6 +23,7 @@ namespace {
 
 constexpr const char* kWhere = "quasi-harmonic weights";
 constexpr double kLeastParameter = 0.01;  // of a' = 1/a, whose pole at 0 steps must not cross
+constexpr double kClearlyLess = 0.8;      // energy of one start over that of the other
 
 void check(const QuasiHarmonicProblem& problem, const QuasiHarmonicOptions& options,
            Eigen::Index columns) {
@@ -51,35 +52,48 @@ Points element_centres(const Points& V, const Elements& E) {
   return centres / static_cast<double>(E.cols());
 }
 
-/// 1 / (distance to the nearest handle)^2, blunted by the element's own size (section 7.5).
-Vector inverse_square(Vector distance, const AnisotropicStiffness& stiffness) {
-  const double power = 2.0 / stiffness.dimension();
-  for (Eigen::Index e = 0; e < distance.size(); ++e) {
-    const double square = distance[e] * distance[e] + std::pow(stiffness.volumes()[e], power);
-    distance[e] = square > 0 ? 1 / square : 0;
+/// Squared distances to the nearest handle, blunted by the elements' own size (section 7.5).
+template <class Elements>
+Vector squared_distance(TensorStart start, const Points& V, const Elements& E, const Vector& M,
+                        const AnisotropicStiffness& stiffness, const std::vector<int>& nodes) {
+  Vector distance;
+  if (start == TensorStart::inverse_square) {
+    distance = straight_distance(element_centres(V, E), V, nodes);
+  } else {
+    const double mean = stiffness.volumes().mean();
+    // A tetrahedron of volume v has edges of about 2 v^(1/3), a triangle of area a 1.5 a^(1/2).
+    const double edge = stiffness.dimension() == 3 ? 2 * std::cbrt(mean) : 1.5 * std::sqrt(mean);
+    const Vector nodal = heat_distance(stiffness, M, edge, nodes);
+    distance.setZero(E.rows());
+    for (Eigen::Index i = 0; i < E.cols(); ++i) {
+      distance += nodal(E.col(i)) / static_cast<double>(E.cols());
+    }
   }
-  // Only ratios matter; elements of no volume get whatever is harmless.
-  const double mean = distance.mean();
-  for (double& s : distance) s = s > 0 && mean > 0 ? s / mean : 1;
-  return distance;
+  return distance.array().square() + stiffness.volumes().array().pow(2.0 / stiffness.dimension());
 }
 
-template <class Elements>
-Vector start_scale(TensorStart start, const Points& V, const Elements& E, const Vector& M,
-                   const AnisotropicStiffness& stiffness, const std::vector<int>& nodes) {
-  if (start == TensorStart::identity) return Vector::Ones(E.rows());
-  if (start == TensorStart::inverse_square) {
-    return inverse_square(straight_distance(element_centres(V, E), V, nodes), stiffness);
-  }
-  const double mean = stiffness.volumes().mean();
-  // A tetrahedron of volume v has edges of about 2 v^(1/3), a triangle of area a 1.5 a^(1/2).
-  const double edge = stiffness.dimension() == 3 ? 2 * std::cbrt(mean) : 1.5 * std::sqrt(mean);
-  const Vector nodal = heat_distance(stiffness, M, edge, nodes);
-  Vector distance = Vector::Zero(E.rows());
-  for (Eigen::Index i = 0; i < E.cols(); ++i) {
-    distance += nodal(E.col(i)) / static_cast<double>(E.cols());
-  }
-  return inverse_square(distance, stiffness);
+/// distance^-power, with mean 1: only ratios matter. Elements of no volume get whatever is
+/// harmless.
+Vector scale_by_distance(const Vector& square, int power) {
+  Vector scale = square.unaryExpr(
+      [power](double d) { return d > 0 ? std::pow(d, -0.5 * static_cast<double>(power)) : 0.0; });
+  const double mean = scale.mean();
+  for (double& s : scale) s = s > 0 && mean > 0 ? s / mean : 1;
+  return scale;
+}
+
+/// The flux of a weight through shells around a handle is constant, so that its slope goes with
+/// 1 / (shell area * tensor); which power of the distance makes that a bounded biharmonic weight's
+/// depends on whether the handle is a face, a line or a point. The paper's 2 stays unless 1 is
+/// clearly better.
+void choose_start(QuasiHarmonicObjective& objective, const Vector& square,
+                  const Eigen::MatrixXd& theta) {
+  const auto energy = [&](int power) {
+    objective.set_scale(scale_by_distance(square, power));
+    return objective.evaluate(theta);
+  };
+  const double first = energy(1);
+  if (first < kClearlyLess * energy(2)) objective.set_scale(scale_by_distance(square, 1));
 }
 
 /// The fixed rows of the open columns, each with sum 1. Rows of locked handles alone become free.
@@ -203,18 +217,27 @@ QuasiHarmonicResult solve(const QuasiHarmonicProblem& problem, const QuasiHarmon
   TensorModel model;
   model.kappa = options.kappa;
   model.epsilon = options.epsilon;
-  model.scale = solid ? start_scale(options.start_tensors, problem.V, problem.T, problem.M,
-                                    stiffness, fixed.node)
-                      : start_scale(options.start_tensors, problem.V, problem.F, problem.M,
-                                    stiffness, fixed.node);
-  progress.check();
+  model.scale = Vector::Ones(stiffness.elements());
   QuasiHarmonicObjective objective(stiffness, problem.M, fixed, std::move(model), share,
                                    options.project);
+  Eigen::MatrixXd theta = identity_parameters(stiffness.elements(), stiffness.dimension());
+  if (options.start_tensors != TensorStart::identity) {
+    const auto square = [&](const auto& E) {
+      return squared_distance(options.start_tensors, problem.V, E, problem.M, stiffness,
+                              fixed.node);
+    };
+    const Vector distance = solid ? square(problem.T) : square(problem.F);
+    progress.check();
+    if (options.start_tensors == TensorStart::heat) {
+      choose_start(objective, distance, theta);
+    } else {
+      objective.set_scale(scale_by_distance(distance, 2));
+    }
+  }
 
   QuasiHarmonicResult result;
   QuasiHarmonicObjective::State best =
-      optimise(objective, options, identity_parameters(stiffness.elements(), stiffness.dimension()),
-               result, progress);
+      optimise(objective, options, std::move(theta), result, progress);
   describe_tensors(stiffness, best.tensors, result);
   result.W = std::move(best.weights);
   result.unprojected = std::move(best.solved);

@@ -7,6 +7,7 @@
 #include "skinfield/solve/simplex_qp.h"
 #include "skinfield/solve/sparse_factor.h"
 
+#include <utility>
 #include <vector>
 
 namespace skinfield {
@@ -18,6 +19,9 @@ class QuasiHarmonicObjective {
   /// share: (N) what the rows are scaled to after the projection, or empty for 1.
   QuasiHarmonicObjective(const AnisotropicStiffness& stiffness, const Vector& M,
                          const FixedRows& fixed, TensorModel model, Vector share, bool project);
+
+  /// Replaces the model's scale; evaluate() must follow.
+  void set_scale(Vector scale) { model_.scale = std::move(scale); }
 
   /// 1/2 tr(P' K M^-1 K P) of the weights P that theta generates: one factorisation, one solve.
   /// @throws SolveError if the stiffness is not positive definite (theta not finite).

@@ -18,9 +18,10 @@ struct QuasiHarmonicProblem {
   const FixedRows& fixed;  ///< (k,m): m is the number of columns
 };
 
-/// The tensors at the start: the identity (harmonic weights), or the identity divided by the
-/// squared distance to the nearest fixed node, straight or inside the domain by the heat method.
-/// All in units of the element's volume.
+/// The tensors at the start: the identity (harmonic weights); divided by the squared straight
+/// distance to the nearest fixed node; or divided by the distance inside the domain (heat method),
+///, or to its square unless that starts with clearly more energy. All in units of the element's
+///volume.
 enum class TensorStart { identity, inverse_square, heat };
 
 struct QuasiHarmonicOptions {
