@@ -19,9 +19,9 @@ struct QuasiHarmonicProblem {
 };
 
 /// The tensors at the start: the identity (harmonic weights); divided by the squared straight
-/// distance to the nearest fixed node; or divided by the distance inside the domain (heat method),
-///, or to its square unless that starts with clearly more energy. All in units of the element's
-///volume.
+/// distance to the nearest fixed node; or divided by the squared distance inside the domain (heat
+/// method), or that distance itself where it starts with clearly less energy. All in units of the
+/// element's volume.
 enum class TensorStart { identity, inverse_square, heat };
 
 struct QuasiHarmonicOptions {
