@@ -1,10 +1,9 @@
 #include "methods/smooth_projection.h"
 
 #include "base/vector_clones.h"
+#include "base/vector_lanes.h"
 
 #include <algorithm>
-
-#define SKINFIELD_INLINE inline __attribute__((always_inline))
 
 namespace skinfield {
 namespace {

@@ -1,26 +1,14 @@
 #include "operators/element_kernels.h"
 
 #include "base/vector_clones.h"
+#include "base/vector_lanes.h"
 
 #include <algorithm>
-#include <cstring>
-
-#define SKINFIELD_INLINE inline __attribute__((always_inline))
 
 namespace skinfield {
 namespace {
 
 using Four = double __attribute__((vector_size(32)));
-
-// By reference: passing such vectors by value has no stable ABI without AVX.
-template <class Lanes>
-SKINFIELD_INLINE void load(Lanes& v, const double* from) {
-  std::memcpy(&v, from, sizeof v);
-}
-template <class Lanes>
-SKINFIELD_INLINE void store(double* to, const Lanes& v) {
-  std::memcpy(to, &v, sizeof v);
-}
 
 /// Where the coefficient (r,c) of a symmetric tensor stands (equation 15: column after column).
 template <int D>

@@ -1,5 +1,7 @@
 #include "solve/dense_kernel.h"
 
+#include "base/vector_lanes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -12,18 +14,6 @@ using Eight = double __attribute__((vector_size(64)));
 
 template <class Vec>
 constexpr int kLanes = sizeof(Vec) / sizeof(double);
-
-#define SKINFIELD_INLINE inline __attribute__((always_inline))
-
-// By reference: passing such vectors by value has no stable ABI without AVX.
-template <class Vec>
-SKINFIELD_INLINE void load(Vec& v, const double* from) {
-  std::memcpy(&v, from, sizeof v);
-}
-template <class Vec>
-SKINFIELD_INLINE void store(double* to, const Vec& v) {
-  std::memcpy(to, &v, sizeof v);
-}
 
 /// Where vector q of a row begins, of the chunks that begin at at[0], at[1], ...
 template <class Vec>
