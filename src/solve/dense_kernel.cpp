@@ -336,7 +336,9 @@ Width processor_width() {
 
 const Width kWidth = processor_width();
 
-// body<Vec> for each width, and the function that chooses.
+// body<Vec> for each width, and the function that chooses. `parameters` and `arguments` are lists
+// that bring their own parentheses.
+// NOLINTBEGIN(bugprone-macro-parentheses)
 #define SKINFIELD_KERNEL(result, name, body, parameters, arguments)                 \
   namespace {                                                                       \
   SKINFIELD_WIDE result name##_wide parameters { return body<Eight> arguments; }    \
@@ -348,6 +350,7 @@ const Width kWidth = processor_width();
            : kWidth == Width::narrow ? name##_narrow arguments                      \
                                      : name##_plain arguments;                      \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace
 
