@@ -274,7 +274,7 @@ def costs(options):
     return rows
 
 
-def plotted_costs(rows, path):
+def plotted_costs(rows, _, path):
     """CPU seconds against vertices and against bones, as a picture."""
     try:
         import matplotlib
@@ -465,25 +465,31 @@ def main():
     store = options.out / "results.json"
     results = json.loads(store.read_text()) if store.exists() else {}
     results.update(machine=machine(), note=options.note)
+    pictures = options.document.parent
+
+    def keep():
+        store.write_text(json.dumps(results, indent=1))
+        options.document.write_text(page(results))
+
     sections = options.sections.split(",")
+    # After each section, so that what stops the run costs one at most.
     if "table" in sections:
         results["table"] = solved_cases(options)
         report = options.out / "dual-history.report.json"
         history = at(json.loads(report.read_text()), "solve", "history") if report.exists() else None
-        picture = options.document.parent / "results-dual-convergence.png"
+        picture = pictures / "results-dual-convergence.png"
         if history and convergence(history, picture):
             results["picture"] = picture.name
-    for name, section in (("judged", evaluated), ("referee", referee), ("unity", unity), ("cost", costs)):
-        if name in sections:
-            results[name] = section(options)
-    picture = options.document.parent / "results-exact-cost.png"
-    if "cost" in sections and plotted_costs(results["cost"], picture):
-        results["cost_picture"] = picture.name
-    picture = options.document.parent / "results-exact-unity.png"
-    if "unity" in sections and plotted_unity(results["unity"], options, picture):
-        results["unity_picture"] = picture.name
-    store.write_text(json.dumps(results, indent=1))
-    options.document.write_text(page(results))
+        keep()
+    for name, section, plot in (("judged", evaluated, None), ("referee", referee, None),
+                                ("unity", unity, plotted_unity), ("cost", costs, plotted_costs)):
+        if name not in sections:
+            continue
+        results[name] = section(options)
+        picture = pictures / f"results-exact-{name}.png"
+        if plot and plot(results[name], options, picture):
+            results[f"{name}_picture"] = picture.name
+        keep()
     print(f"results: wrote {options.document}")
 
 

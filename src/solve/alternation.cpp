@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace skinfield {
 namespace {
@@ -18,8 +17,7 @@ constexpr int kCheckEvery = 5;
 // Turns of the penalty (see Alternation::turn): iterations, and multiples of the first penalty.
 constexpr int kFirstTurn = 10, kStiffTurn = 15, kSoftTurn = 20;
 constexpr double kSoft = 3, kFirstStiff = 50, kStiff = 500, kWarm = 8;
-constexpr int kSettle = 4;         // first iterations, which say nothing about the balance
-constexpr double kBalanced = 0.8;  // primal over dual residual
+constexpr int kSettle = 4;  // first iterations, which say nothing about the balance
 constexpr double kWorthShrinking = 0.8;
 constexpr int kCertifySteps = 5, kCertifyRounds = 4;
 constexpr double kSmallGap = 1e-4;     // relative: good enough a certificate
@@ -64,8 +62,7 @@ Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& op
       progress_(progress),
       storage_(options.tolerance < kDoubleBelow ? PanelStorage::full : PanelStorage::single),
       linear_(free.R),
-      raised_(1),
-      soft_(kSoft),
+      soft_(options.start.size() > 0 ? kWarm : kSoft),
       turn_at_(options.start.size() > 0 ? kSoftTurn : kFirstTurn) {
   progress_.check();
   factor_.analyse(free_.Q);
@@ -74,7 +71,9 @@ Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& op
   free_.project(X, start_);
   // Projections spread the rounding of X over all columns, those without any fixed row as well.
   if (!warm) drop_dust(kRounding, start_);
-  d_ = local_penalty(problem, free_, X, start_);
+  first_ = local_penalty(problem, free_, X, start_, warm ? Vector() : landscape(problem.M));
+  d_ = first_;
+  balance_ = Vector::Ones(free_.rows());
   progress_.check();
   if (!problem.support.empty()) {
     reach_ = ColumnSets(free_.rows(), free_.columns());
@@ -86,9 +85,8 @@ Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& op
   activate(around(ColumnSets(start_), std::max(1, options_.margin)));
   S_ = active_part(start_);
   if (warm) {
-    raised_ = soft_ = kWarm;
-    d_ *= raised_;
-    weight_ *= raised_;
+    d_ *= soft_;
+    weight_ *= soft_;
     // At the optimum this S is the fixed point itself, multipliers included. They are those of the
     // start as given: where a support cuts it, the projection's are of another scale.
     S_ -= active_part(free_.gradient(X)).cwiseQuotient(weight_);
@@ -109,6 +107,16 @@ RowMatrix Alternation::unconstrained() {
   RowMatrix X = free_.R;
   factor_.solve(X);
   return X;
+}
+
+/// By the factor of Q that unconstrained() left.
+Vector Alternation::landscape(const Vector& M) const {
+  RowMatrix u(free_.rows(), 1);
+  for (Eigen::Index i = 0; i < free_.rows(); ++i) {
+    u(i, 0) = M[free_.node[static_cast<std::size_t>(i)]];
+  }
+  factor_.solve(u);
+  return u.col(0);
 }
 
 ColumnSets Alternation::around(const ColumnSets& support, int rings) const {
@@ -293,19 +301,6 @@ double Alternation::certify() {
   return lower;
 }
 
-double Alternation::distance(const Vector& A, const Vector& B) const {
-  return std::sqrt(parallel_reduce(
-      static_cast<std::size_t>(A.size()), kEntriesPerBlock, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        const auto at = static_cast<Eigen::Index>(begin);
-        const auto count = static_cast<Eigen::Index>(end - begin);
-        return ((A.segment(at, count) - B.segment(at, count)).array().square() *
-                weight_.segment(at, count).array())
-            .sum();
-      },
-      std::plus<>()));
-}
-
 void Alternation::project(const Vector& from, Vector& to) const {
   to.resize(from.size());
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
@@ -349,37 +344,39 @@ void Alternation::check() {
 }
 
 void Alternation::compare_residuals() {
-  const double primal = distance(W_, Z_), dual = distance(Z_, previous_);
-  if (!(primal > 0 && dual > 0)) return;
-  log_ratio_ += std::log(primal / dual);
-  ++ratios_;
+  if (primal_.size() == 0) primal_ = dual_ = Vector::Zero(free_.rows());
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    const auto size = static_cast<Eigen::Index>(end - begin);
+    primal_[i] += (W_.segment(begin, size) - Z_.segment(begin, size)).squaredNorm();
+    dual_[i] += (Z_.segment(begin, size) - previous_.segment(begin, size)).squaredNorm();
+  });
 }
 
 /// A soft penalty settles what lies far from the handles, a stiff one the rows where weights leave
 /// zero; taking turns needs half the iterations of any one penalty, or of one raised step by step.
 void Alternation::turn(int it) {
-  if (!stiff_ && ratios_ > 0) {
-    // Residual balancing (He, Yang, Wang 2000; Wohlberg 2017) in the norm of the penalty.
-    const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
-    const double factor = std::clamp(ratio * ratio, 0.2, 5.0);
-    if (factor > 2 || factor < 0.4) soft_ *= factor;
+  if (!stiff_ && primal_.size() > 0) {
+    balance_penalty(free_, std::move(primal_), std::move(dual_), balance_);
+    primal_ = dual_ = Vector();
   }
   stiff_ = !stiff_;
   turn_at_ = it - 1 + (stiff_ ? kStiffTurn : kSoftTurn);
-  scale_penalty((!stiff_ ? soft_ : turned_ ? kStiff : kFirstStiff) / raised_);
+  raise_penalty(!stiff_ ? soft_ : turned_ ? kStiff : kFirstStiff);
   turned_ = turned_ || stiff_;
 }
 
-void Alternation::scale_penalty(double factor) {
-  // S - Z is the multiplier divided by the penalty.
+void Alternation::raise_penalty(double factor) {
   Vector Z;
   project(S_, Z);
-  S_ = Z + (S_ - Z) / factor;
-  d_ *= factor;
-  weight_ *= factor;
-  raised_ *= factor;
-  log_ratio_ = 0;
-  ratios_ = 0;
+  const Vector before = d_;
+  d_ = factor * first_.cwiseProduct(balance_);
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    for (auto e = begin; e < end; ++e) {
+      // S - Z is the multiplier divided by the penalty.
+      S_[e] = Z[e] + (S_[e] - Z[e]) * (before[i] / d_[i]);
+      weight_[e] = d_[i];
+    }
+  });
   factor_.factor(free_.Q, d_, storage_);
   anderson_.forget();
   shrink();

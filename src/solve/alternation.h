@@ -44,13 +44,13 @@ class Alternation {
 
  private:
   RowMatrix unconstrained();
+  Vector landscape(const Vector& M) const;
   /// Leaves out weights below `dust` of their row's sum; rows keep their sums.
   void drop_dust(double dust, RowMatrix& W) const;
   template <class Body>
   void for_entries(const Body& body) const;
   template <class Body>
   void for_rows(const Body& body) const;
-  double distance(const Vector& A, const Vector& B) const;
 
   /// The rows that columns with this support ask for, `rings` of Q's graph beyond it.
   ColumnSets around(const ColumnSets& support, int rings) const;
@@ -71,7 +71,8 @@ class Alternation {
   void check();
   void compare_residuals();
   void turn(int it);
-  void scale_penalty(double factor);
+  /// The penalty becomes `factor` times the first, balanced.
+  void raise_penalty(double factor);
 
   const SimplexOptions& options_;
   const FreeRows& free_;
@@ -79,8 +80,9 @@ class Alternation {
   PanelStorage storage_;  ///< of Q + D; Q alone is too badly conditioned for single precision
   SparseFactor factor_;
   Anderson anderson_;
-  Vector d_;                   ///< (n) penalties
-  ColumnSets reach_, linear_;  ///< where columns may matter at all; where R is not zero
+  Vector first_, balance_, d_;  ///< (n) penalties: at first, factors of soft turns, now
+  Vector primal_, dual_;        ///< (n) squared residuals, summed over a soft turn
+  ColumnSets reach_, linear_;   ///< where columns may matter at all; where R is not zero
   ColumnSets sets_;
   ActiveRows active_;
   Vector weight_, R_;          ///< of the active entries: penalty, linear term
@@ -88,10 +90,8 @@ class Alternation {
   Vector S_, Z_, W_, F_, previous_, checked_;
   RowMatrix start_;
   double change_ = std::numeric_limits<double>::infinity();
-  double log_ratio_ = 0;  ///< sum of logarithms of primal over dual residuals in soft turns
-  int ratios_ = 0;        ///< so many
-  double raised_, soft_;  ///< the penalty now, and in soft turns, over the first
-  int turn_at_;           ///< the turn's last iteration
+  double soft_;                          ///< factor of soft turns
+  int turn_at_;                          ///< the turn's last iteration
   bool stiff_ = false, turned_ = false;  ///< a stiff turn now; was there one?
   int confirmed_ = 0;
   bool fresh_check_ = false;

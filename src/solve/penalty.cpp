@@ -11,6 +11,8 @@ namespace {
 constexpr std::size_t kRowsPerBlock = 256;
 constexpr double kFloor = 0.01;  // of the mean energy density: far from handles it is nearly zero
 constexpr double kFactor = 3.0;
+constexpr double kBalanced = 0.6;  // primal over dual residual
+constexpr double kRange = 10;      // of the rows' factors: what does not move at all has no ratio
 
 /// Means over closed neighbourhoods of `graph`.
 void diffuse(const SparseRows& graph, int passes, Vector& values) {
@@ -35,7 +37,7 @@ double median(Vector values) {
 }  // namespace
 
 Vector local_penalty(const SimplexProblem& problem, const FreeRows& free, const RowMatrix& X,
-                     const RowMatrix& Z) {
+                     const RowMatrix& Z, const Vector& landscape) {
   const Vector& M = problem.M;
   const bool factored = problem.K.rows() == problem.Q.rows();
   Vector q(M.size());
@@ -70,13 +72,32 @@ Vector local_penalty(const SimplexProblem& problem, const FreeRows& free, const 
   // Nothing to go by (a start of zero energy): the softest scale that still regularises.
   if (!(density > 0)) density = 1e-6 * free.Q.diagonal().sum() / M.sum();
   if (!(density > 0)) density = 1;
+  Vector reach = Vector::Zero(M.size());
+  for (Eigen::Index i = 0; i < landscape.size(); ++i) {
+    reach[free.node[static_cast<std::size_t>(i)]] = std::abs(landscape[i]);
+  }
+  diffuse(graph, passes, reach);
   Vector d(free.rows());
   for (Eigen::Index i = 0; i < d.size(); ++i) {
     const int v = free.node[static_cast<std::size_t>(i)];
-    d[i] = kFactor * std::max(kFloor * density, q[v] / mass[v]) *
-           std::max(M[v], 0.2 * std::min(middle, mass[v]));
+    double floor = kFloor * density;
+    if (reach[v] > 0) floor = std::min(floor, 1 / reach[v]);
+    d[i] =
+        kFactor * std::max(floor, q[v] / mass[v]) * std::max(M[v], 0.2 * std::min(middle, mass[v]));
   }
   return d;
+}
+
+void balance_penalty(const FreeRows& free, Vector primal, Vector dual, Vector& scale) {
+  diffuse(free.Q, 1, primal);
+  diffuse(free.Q, 1, dual);
+  // Rows without any residual keep what they have.
+  const double least = 1e-30 * (primal.sum() + dual.sum());
+  if (!(least > 0)) return;
+  for (Eigen::Index i = 0; i < scale.size(); ++i) {
+    const double ratio = (primal[i] + least) / (dual[i] + least) / (kBalanced * kBalanced);
+    scale[i] = std::clamp(scale[i] * std::clamp(ratio, 1 / kRange, kRange), 1 / kRange, kRange);
+  }
 }
 
 }  // namespace skinfield

@@ -132,7 +132,7 @@ class Run {
     inverse_.apply(X, D);
     RowMatrix Z;
     free_.project(X, Z);
-    return kScale * local_penalty(problem, free_, X, Z).mean();
+    return kScale * local_penalty(problem, free_, X, Z, {}).mean();
   }
 
   void record(const LbfgsState& state) {
