@@ -77,6 +77,7 @@ Json character_json(const BindReport& r) {
                    {"kkt_residual", number(r.solve.kkt_residual)},
                    {"largest_change", number(r.solve.largest_change)},
                    {"biharmonic_energy", number(r.biharmonic_energy)}};
+  if (r.solve.factor_entries > 0) json["solve"]["factor_entries"] = r.solve.factor_entries;
   if (!r.history.empty()) {
     Json& history = json["solve"]["history"];
     history = {{"columns", {"iteration", "energy", "lower_bound", "constraint_violation"}},

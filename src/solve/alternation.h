@@ -41,6 +41,7 @@ class Alternation {
   /// The iterate, feasible, without weights far below the tolerance.
   RowMatrix result() const;
   double change() const { return change_; }
+  std::int64_t factor_entries() const { return factor_.nonzeros(); }
 
  private:
   RowMatrix unconstrained();

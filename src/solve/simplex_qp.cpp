@@ -66,6 +66,7 @@ SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOpt
     Z = alternation.result();
     stats.lower_bound = alternation.certify();
     stats.largest_change = alternation.change();
+    stats.factor_entries = alternation.factor_entries();
     if (stats.status == SolveStats::Status::limit) {
       const RowMatrix& start = alternation.start();
       const double before = free.energy(start, free.gradient(start));

@@ -47,6 +47,7 @@ TEST(Report, HasEveryKey) {
   EXPECT_EQ(r["solve"]["status"], "converged");
   EXPECT_LE(r["solve"]["lower_bound"], r["solve"]["energy"]);
   EXPECT_LE(r["solve"]["relative_gap"], 1e-3);
+  EXPECT_GE(r["solve"]["factor_entries"], r["domain"]["nodes"]);
   EXPECT_EQ(r["weights"]["rows"], 20);
   EXPECT_LE(r["weights"]["row_sum_error"], 1e-6);
   EXPECT_EQ(r["options"]["nodes"], "200");

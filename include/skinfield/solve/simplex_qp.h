@@ -13,6 +13,7 @@
 #include "skinfield/base/progress.h"
 #include "skinfield/base/types.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ struct SolveStats {
   double relative_gap = 0;    ///< (energy - lower_bound) / energy
   double kkt_residual = 0;    ///< largest violation of the optimality conditions, in weight units
   double largest_change = 0;  ///< of a weight, at the last check
+  /// Entries of the Cholesky factor of solve_simplex_qp: what an iteration costs. 0: not told.
+  std::int64_t factor_entries = 0;
 };
 
 struct SimplexOptions {
