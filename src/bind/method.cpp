@@ -74,7 +74,7 @@ std::span<const MethodFacts> methods() {
        .needs_elements = true,
        .uses_mass = true,
        .tensors = true,
-       .solvers = {{Solver::adam_lbfgs, saved, 1e-4, 48},
+       .solvers = {{Solver::adam_lbfgs, saved, 1e-4, 80},
                    {Solver::restarted_adam, saved, 1e-4, 24},
                    {Solver::adam, saved, 1e-4, 100},
                    {Solver::lbfgs, saved, 1e-4, 400}}},

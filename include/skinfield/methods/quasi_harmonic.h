@@ -36,7 +36,7 @@ enum class TensorOptimiser { adam_lbfgs, restarted_adam, adam, lbfgs };
 struct QuasiHarmonicOptions {
   TensorStart start_tensors = TensorStart::heat;
   TensorOptimiser optimiser = TensorOptimiser::adam_lbfgs;
-  int max_iterations = 48;  ///< steps; the paper takes 10 or 20 of the customised Adam
+  int max_iterations = 80;  ///< steps; the paper takes 10 or 20 of the customised Adam
   int adam_steps = 24;      ///< how many of them are Adam's before L-BFGS goes on
   double rate = 0.1;        ///< of Adam, in the first round
   /// Adam's memory of the mean gradient (beta1). The customary 0.9 remembers ten steps, and a
