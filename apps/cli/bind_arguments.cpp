@@ -58,8 +58,8 @@ std::string solver_help() {
 
 std::string tolerance_help() {
   return "When to stop: primal, coupled, decoupled [1e-3]: no weight changes by more; dual, "
-         "dual-unboxed [1e-4] and active-set [1e-9]: the certified gap; quasi-harmonic [1e-4]: a "
-         "round saves less";
+         "dual-unboxed [1e-4] and active-set [1e-9]: the certified gap; quasi-harmonic "
+         "[1e-4]: four steps save less";
 }
 
 void check_method_options(const BindArguments& o) {

@@ -30,16 +30,6 @@ bool for_one_character(const BindArguments& o) {
          !o.resume.empty() || !o.save_field.empty() || !o.tensors.empty();
 }
 
-/// Errors of the library name the character; the user knows it by its file.
-void read_regions(const std::string& path, Character& character) {
-  const SkinWeights regions = read_weights(path);
-  try {
-    add_regions(character, regions);
-  } catch (const InputError& error) {
-    throw InputError(error.message(), path, error.remedy());
-  }
-}
-
 /// Weights, paint, masses and locks given as files; they are for a single character.
 void read_conditions(const BindArguments& o, const Character& character, BindOptions& options) {
   const auto vertices = static_cast<Eigen::Index>(character.vertex_of_input.size());
@@ -70,7 +60,7 @@ void read_conditions(const BindArguments& o, const Character& character, BindOpt
     throw UsageError("--lock " + o.lock + ": no handle has such a name");
 }
 
-/// The same for the character's own file.
+/// Errors of the library name the character; the user knows it by its file.
 BindResult bind_naming_file(const std::string& path, const Character& character,
                             const BindOptions& options, const Progress& progress) {
   try {
@@ -253,9 +243,7 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--seed", o->seed, "Seed of the random numbers")
       ->check(number(0, 1e18))
       ->capture_default_str();
-  verb->add_option("--regions", o->regions,
-                   "Sets of vertices as handles, behind the bones: a matrix (.npz .npy .dmat .csv "
-                   ".mtx) with a column each, a row a vertex, 1 where it belongs, else 0");
+  add_regions_option(*verb, o->regions);
   verb->add_option("--paint", o->paint, "Prescribed rows: NPZ (index, weights) or CSV");
   verb->add_option("--weights-in", o->weights_in, "Start from these weights");
   verb->add_option("--lock", o->lock, "Keep these handles' weights from --weights-in: GLOB");

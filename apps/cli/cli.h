@@ -75,6 +75,11 @@ struct SkeletonOptions {
   JointOptions joint_options() const;
 };
 
+/// --regions.
+void add_regions_option(CLI::App& verb, std::string& path);
+/// Sets of vertices as handles behind those that the character has; messages name the file.
+void read_regions(const std::string& path, Character& character);
+
 /// Reads a character file with its skeleton from the file itself or from --skeleton, and makes
 /// the handles.
 Asset read_characters(const std::string& path, const SkeletonOptions& options,

@@ -3,6 +3,7 @@
 #include "skinfield/bind/handles.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/io.h"
+#include "skinfield/io/weights_file.h"
 
 #include <fmt/core.h>
 
@@ -135,6 +136,21 @@ JointOptions SkeletonOptions::joint_options() const {
   options.exclude = split(exclude);
   options.leaf = leaf == "point" ? JointOptions::Leaf::point : JointOptions::Leaf::extend;
   return options;
+}
+
+void add_regions_option(CLI::App& verb, std::string& path) {
+  verb.add_option("--regions", path,
+                  "Sets of vertices as handles, behind the bones: a matrix (.npz .npy .dmat .csv "
+                  ".mtx) with a column each, a row a vertex, 1 where it belongs, else 0");
+}
+
+void read_regions(const std::string& path, Character& character) {
+  const SkinWeights regions = read_weights(path);
+  try {
+    add_regions(character, regions);
+  } catch (const InputError& error) {
+    throw InputError(error.message(), path, error.remedy());
+  }
 }
 
 Asset read_characters(const std::string& path, const SkeletonOptions& options,

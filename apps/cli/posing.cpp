@@ -101,8 +101,9 @@ SkinWeights weights_of(const Asset& asset, int character, const std::string& wei
 
 std::vector<Transform> pose_transforms(const Asset& asset, int character, const std::string& pose) {
   const Skeleton& skeleton = asset.characters[static_cast<std::size_t>(character)].skeleton;
-  if (skeleton.joints.empty())
-    throw InputError("the file has no bones to pose", asset.path, "give --skeleton FILE");
+  if (skeleton.handles.empty())
+    throw InputError("the file has no bones to pose", asset.path,
+                     "give --skeleton FILE or --regions FILE");
   if (pose == "demo") return column_transforms(skeleton, demo_pose(skeleton), PoseBase::bind);
   if (pose == "bind") return column_transforms(skeleton, rest_pose(skeleton), PoseBase::bind);
   if (pose == "rest") return column_transforms(skeleton, rest_pose(skeleton), PoseBase::rest);

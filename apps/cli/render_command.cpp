@@ -15,7 +15,7 @@ namespace skinfield::cli {
 namespace {
 
 struct Options {
-  std::string input, output, kind = "auto", pose, weights, skinning = "lbs", bone;
+  std::string input, output, kind = "auto", pose, weights, regions, skinning = "lbs", bone;
   SkeletonOptions skeleton;
   bool bones = false, extrema = false;
   RenderOptions render;
@@ -108,6 +108,11 @@ void run(Options o, const CLI::App& verb, const Common& common) {
   Asset asset = read_characters(o.input, o.skeleton, false);
   if (asset.characters.size() > 1 && !o.weights.empty())
     throw UsageError(o.input + ": the file holds several characters (use --only MESH)");
+  if (!o.regions.empty()) {
+    if (asset.characters.size() > 1)
+      throw UsageError(o.input + ": the file holds several characters (use --only MESH)");
+    read_regions(o.regions, asset.characters.front());
+  }
   for (Character& c : asset.characters) triangulate_outline(c, 0, o.render.progress);
   look_at_plane(verb, asset, o.render.camera);
   std::string kind = o.kind;
@@ -163,6 +168,7 @@ void add_render(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, 
       ->check(CLI::IsMember({"lbs", "dqs"}))
       ->capture_default_str();
   verb->add_option("--weights", o->weights, "Weight matrix, if the file has none");
+  add_regions_option(*verb, o->regions);
   verb->add_flag("--bones", o->bones, "Draw the skeleton");
   verb->add_flag(
       "--extrema", o->extrema,

@@ -101,9 +101,9 @@ void describe_weights(const SkinWeights& weights, const Character& character, Bi
                                                   : std::to_string(c));
 }
 
-/// @param raw weights of the vertices as a method without bounds gives them.
-void describe_clamping(const RowMatrix& raw, BindReport& report) {
-  if (raw.rows() == 0) return;
+/// @param raw weights of the vertices before rows were brought onto the simplex.
+void describe_projection(const RowMatrix& raw, const Mesh& mesh, BindReport& report) {
+  report.extrema_before_projection = mesh_extrema(raw, mesh);
   const Vector below = (-raw).cwiseMax(0.0).rowwise().sum();
   report.clamped_mass_mean = below.mean();
   report.clamped_mass_max = below.maxCoeff();
@@ -227,9 +227,10 @@ BindResult bind(const Character& given, const BindOptions& wanted, const Progres
       step.energy *= scale;
       step.lower_bound *= scale;
     }
+    for (const auto& [stage, seconds] : weights.seconds) report.seconds["solve_" + stage] = seconds;
     watch.lap("solve");
     own = solved->at_mesh(normals);
-    if (weights.raw.rows() > 0) describe_clamping(own.P * weights.raw, report);
+    if (weights.raw.rows() > 0) describe_projection(own.P * weights.raw, mesh, report);
     watch.lap("evaluate");
     if (options.max_influences > 0 && options.resolve &&
         cuts_influences(own.P * solved->nodal, options)) {

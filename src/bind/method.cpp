@@ -26,6 +26,12 @@ std::string_view name_of(Solver solver) {
       return "adam";
     case Solver::adam_pool:
       return "adam-pool";
+    case Solver::adam_lbfgs:
+      return "adam-lbfgs";
+    case Solver::restarted_adam:
+      return "restarted-adam";
+    case Solver::lbfgs:
+      return "lbfgs";
   }
   return "";
 }
@@ -33,6 +39,7 @@ std::string_view name_of(Solver solver) {
 std::span<const MethodFacts> methods() {
   constexpr std::string_view change = "largest change of a weight";
   constexpr std::string_view gap = "certified gap";
+  constexpr std::string_view saved = "share of the energy that four steps must save";
   static const std::vector<MethodFacts> all{
       {.method = Method::bounded_biharmonic,
        .name = "bbw",
@@ -67,7 +74,10 @@ std::span<const MethodFacts> methods() {
        .needs_elements = true,
        .uses_mass = true,
        .tensors = true,
-       .solvers = {{Solver::primal, "share of the energy that a round must save", 1e-4, 24}}},
+       .solvers = {{Solver::adam_lbfgs, saved, 1e-4, 80},
+                   {Solver::restarted_adam, saved, 1e-4, 24},
+                   {Solver::adam, saved, 1e-4, 100},
+                   {Solver::lbfgs, saved, 1e-4, 400}}},
       {.method = Method::geometric_fields,
        .name = "geometric-fields",
        .description = "kernel fields inside the shape, conditions hard, boundaries by choice",

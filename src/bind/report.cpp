@@ -101,6 +101,8 @@ Json character_json(const BindReport& r) {
                      {"handles_without_vertices", r.handles_without_vertices},
                      {"vertices_filled", Json(r.vertices_filled)},
                      {"extrema", r.extrema}};
+  if (r.extrema_before_projection >= 0)
+    json["weights"]["extrema_before_projection"] = r.extrema_before_projection;
   if (!r.field_vertices.empty()) json["weights"]["field_vertices"] = Json(r.field_vertices);
   json["timings_s"] = Json(r.seconds);
   json["cpu_s"] = Json(r.cpu_seconds);

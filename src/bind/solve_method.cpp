@@ -154,6 +154,10 @@ MethodSolution solve_quasi_harmonic(const SolvedDomain& solved, const Conditions
     throw SolveError("there are no elements for the metric", "quasi-harmonic weights",
                      "use --method bbw");
   QuasiHarmonicOptions method;
+  method.optimiser = options.solver == Solver::restarted_adam ? TensorOptimiser::restarted_adam
+                     : options.solver == Solver::adam         ? TensorOptimiser::adam
+                     : options.solver == Solver::lbfgs        ? TensorOptimiser::lbfgs
+                                                              : TensorOptimiser::adam_lbfgs;
   method.tolerance = stop.tolerance;
   method.max_iterations = stop.iterations;
   method.time_limit_s = options.time_limit_s;
@@ -173,10 +177,11 @@ MethodSolution solve_quasi_harmonic(const SolvedDomain& solved, const Conditions
   for (std::size_t k = 0; options.keep_history && k < result.history.size(); ++k)
     history.push_back({static_cast<int>(k), result.history[k], 0, 0});
   MethodSolution solution{.nodal = std::move(result.W),
-                          .raw = {},
+                          .raw = std::move(result.unprojected),
                           .stats = result.stats,
                           .derivative = 2,
-                          .history = std::move(history)};
+                          .history = std::move(history),
+                          .seconds = std::move(result.seconds)};
   if (options.keep_tensors) {
     solution.tensors.emplace();
     solution.tensors->nodes = solved.scaled.box.from(solved.domain->nodes());

@@ -9,13 +9,15 @@ namespace skinfield {
 
 struct MethodSolution {
   RowMatrix nodal;  ///< (N, handles) rows on the simplex, or of zeros where no handle reaches
-  RowMatrix raw;    ///< the same before it was made valid, of methods without bounds; else empty
+  /// The same before rows were brought onto the simplex, of methods that end with that; else empty.
+  RowMatrix raw;
   SolveStats stats;
   /// The energy integrates squares of derivatives of this order: it scales with the unit of length
   /// to the power of dimension - 2 order.
   int derivative = 2;
   std::vector<BindReport::Step> history = {};  ///< energies in the unit box
   std::optional<TensorField> tensors = {};
+  std::map<std::string, double> seconds = {};  ///< of its stages, wall
 };
 
 /// @throws OptionError if the method cannot do what the options ask for, or not for this character;

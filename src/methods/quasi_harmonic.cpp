@@ -1,18 +1,18 @@
 #include "skinfield/methods/quasi_harmonic.h"
 
+#include "domain/stage_clock.h"
 #include "methods/handle_distance.h"
 #include "methods/locks.h"
 #include "methods/mesh_order.h"
 #include "methods/quasi_harmonic_objective.h"
+#include "methods/tensor_descent.h"
 #include "skinfield/base/error.h"
 #include "skinfield/base/parallel.h"
 #include "skinfield/methods/bounded_biharmonic.h"
-#include "skinfield/solve/adam.h"
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -22,8 +22,7 @@ namespace skinfield {
 namespace {
 
 constexpr const char* kWhere = "quasi-harmonic weights";
-constexpr double kLeastParameter = 0.01;  // of a' = 1/a, whose pole at 0 steps must not cross
-constexpr double kClearlyLess = 0.8;      // energy of one start over that of the other
+constexpr double kClearlyLess = 0.8;  // energy of one start over that of the other
 
 void check(const QuasiHarmonicProblem& problem, const QuasiHarmonicOptions& options,
            Eigen::Index columns) {
@@ -40,7 +39,8 @@ void check(const QuasiHarmonicProblem& problem, const QuasiHarmonicOptions& opti
     if (j < 0 || j >= columns) refuse("locked column " + std::to_string(j) + " does not exist");
   }
   if (!(options.kappa > 0) || !(options.epsilon >= 0) || !(options.rate > 0) || options.round < 1 ||
-      options.max_iterations < 0) {
+      options.max_iterations < 0 || options.adam_steps < 0 || !(options.momentum >= 0) ||
+      !(options.momentum < 1)) {
     refuse("an option is out of range");
   }
 }
@@ -143,56 +143,6 @@ void describe_tensors(const AnisotropicStiffness& stiffness, const Eigen::Matrix
   });
 }
 
-/// Steps until a limit, the tolerance or the caller ends them; the best state met.
-QuasiHarmonicObjective::State optimise(QuasiHarmonicObjective& objective,
-                                       const QuasiHarmonicOptions& options, Eigen::MatrixXd theta,
-                                       QuasiHarmonicResult& result, const Progress& progress) {
-  const auto begin = std::chrono::steady_clock::now();
-  const auto late = [&] {
-    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin;
-    return options.time_limit_s > 0 && passed.count() > options.time_limit_s;
-  };
-  AdamOptions adam_options;
-  adam_options.rate = options.rate;
-  adam_options.restart = options.round;
-  Adam adam(adam_options);
-  SolveStats& stats = result.stats;
-  stats.status = SolveStats::Status::limit;
-  stats.energy = std::numeric_limits<double>::infinity();
-  QuasiHarmonicObjective::State best;
-  Eigen::MatrixXd gradient;
-  RowMatrix round_begin;
-  for (int k = 0;; ++k) {
-    progress.check();
-    progress("weights", static_cast<double>(k) / std::max(1, options.max_iterations));
-    const double energy = objective.evaluate(theta);
-    result.history.push_back(energy);
-    stats.iterations = k;
-    const bool round_ends = k > 0 && k % options.round == 0;
-    if (round_ends) {
-      const double last = result.history[static_cast<std::size_t>(k - options.round)];
-      // A round that made it worse says nothing: the next one takes smaller steps.
-      if (options.tolerance > 0 && std::abs(last - energy) <= options.tolerance * energy) {
-        stats.status = SolveStats::Status::converged;
-      }
-      stats.largest_change = (objective.state().weights - round_begin).cwiseAbs().maxCoeff();
-    }
-    const bool last_step =
-        stats.status == SolveStats::Status::converged || k == options.max_iterations || late();
-    if (!last_step) {
-      if (k % options.round == 0) round_begin = objective.state().weights;
-      objective.gradient(theta, gradient);
-    }
-    if (energy < stats.energy) {
-      stats.energy = energy;
-      objective.exchange(best);
-    }
-    if (last_step) return best;
-    adam.step(gradient, theta);
-    theta.col(0) = theta.col(0).cwiseMax(kLeastParameter);
-  }
-}
-
 /// @param problem with all fixed rows among its own. @param start the locked columns' values.
 QuasiHarmonicResult solve(const QuasiHarmonicProblem& problem, const QuasiHarmonicOptions& options,
                           const RowMatrix& start, const Progress& progress) {
@@ -211,6 +161,8 @@ QuasiHarmonicResult solve(const QuasiHarmonicProblem& problem, const QuasiHarmon
     share = (1 - kept.rowwise().sum().array()).cwiseMax(0.0);
   }
 
+  QuasiHarmonicResult result;
+  StageClock clock(result.seconds);
   const bool solid = problem.T.rows() > 0;
   const AnisotropicStiffness stiffness = solid ? AnisotropicStiffness(problem.V, problem.T)
                                                : AnisotropicStiffness(problem.V, problem.F);
@@ -235,9 +187,14 @@ QuasiHarmonicResult solve(const QuasiHarmonicProblem& problem, const QuasiHarmon
     }
   }
 
-  QuasiHarmonicResult result;
-  QuasiHarmonicObjective::State best =
-      optimise(objective, options, std::move(theta), result, progress);
+  clock.lap("start");
+  const double linear_at_start = objective.linear_seconds();
+  TensorDescent descent = descend(objective, options, std::move(theta), progress);
+  clock.lap("steps");
+  result.seconds["linear"] = objective.linear_seconds() - linear_at_start;
+  QuasiHarmonicObjective::State& best = descent.best;
+  result.stats = descent.stats;
+  result.history = std::move(descent.history);
   describe_tensors(stiffness, best.tensors, result);
   result.W = std::move(best.weights);
   result.unprojected = std::move(best.solved);

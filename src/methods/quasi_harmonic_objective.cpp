@@ -4,12 +4,28 @@
 #include "operators/apply.h"
 #include "skinfield/base/parallel.h"
 
+#include <chrono>
 #include <utility>
 
 namespace skinfield {
 namespace {
 
 constexpr std::size_t kRowsPerBlock = 512;
+
+/// Adds the wall seconds of its life to a sum.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum) {}
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  ~Stopwatch() {
+    sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
 
 template <class Body>
 void for_each_row(const std::vector<int>& nodes, const Body& body) {
@@ -88,14 +104,17 @@ double QuasiHarmonicObjective::evaluate(const Eigen::MatrixXd& theta) {
   tensors(model_, theta, state_.tensors);
   stiffness_.assemble(state_.tensors, K_);
   fill_system();
-  factor_.factor(free_K_);
+  {
+    const Stopwatch watch(linear_seconds_);
+    factor_.factor(free_K_);
+  }
 
   // Equation 17.
   solution_.setZero(static_cast<Eigen::Index>(free_.size()), state_.solved.cols());
   for (const Link& link : links_) {
     solution_.row(link.row) -= K_.valuePtr()[link.value] * state_.solved.row(link.node);
   }
-  factor_.solve(solution_);
+  solve();
   accept_solution();
 
   const SparseRows& K = stiffness_.isotropic();
@@ -113,6 +132,11 @@ double QuasiHarmonicObjective::evaluate(const Eigen::MatrixXd& theta) {
       },
       [](double a, double b) { return a + b; });
   return energy / 2;
+}
+
+void QuasiHarmonicObjective::solve() {
+  const Stopwatch watch(linear_seconds_);
+  factor_.solve(solution_);
 }
 
 void QuasiHarmonicObjective::fill_system() {
@@ -141,7 +165,7 @@ void QuasiHarmonicObjective::gradient(const Eigen::MatrixXd& theta, Eigen::Matri
       if (project_) project_smoothly_adjoint(state_.solved.row(v).data(), z.data(), z.size());
     }
   });
-  factor_.solve(solution_);
+  solve();
   // dE = -tr(Z' dK W), with Z zero on the rows that are not free.
   for_each_row(free_, [&](Eigen::Index k, Eigen::Index v) { adjoint_.row(v) = -solution_.row(k); });
   stiffness_.derivative(adjoint_, state_.solved, result);

@@ -40,10 +40,13 @@ class QuasiHarmonicObjective {
   /// that only evaluate() may follow.
   void exchange(State& other);
   const std::vector<int>& unreached() const { return unreached_; }
+  /// Wall seconds in numerical factorisations and back substitutions so far.
+  double linear_seconds() const { return linear_seconds_; }
 
  private:
   void fill_system();
   void accept_solution();
+  void solve();
 
   const AnisotropicStiffness& stiffness_;
   Vector inverse_mass_, share_;
@@ -59,6 +62,7 @@ class QuasiHarmonicObjective {
   SparseRows K_, free_K_;
   SparseRows isotropic_free_rows_;  ///< (free, N) of the isotropic stiffness
   SparseFactor factor_;
+  double linear_seconds_ = 0;
   State state_;
   RowMatrix solution_;  ///< the free rows of a solve
   RowMatrix residual_;  ///< M^-1 K P

@@ -8,7 +8,7 @@
 namespace skinfield {
 namespace {
 
-constexpr double kEnd = 1e-4;  // epsilon_2; epsilon_1 is 0
+constexpr double kEnd = threshold_end;
 constexpr double kInverse = 1 / kEnd;
 
 // Equation 20 with epsilon_1 = 0: -x^3 / e^2 + 2 x^2 / e, beyond e the line. Without branches.

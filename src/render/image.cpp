@@ -16,6 +16,7 @@ namespace skinfield {
 namespace {
 
 constexpr int largest_side = 32768;
+constexpr std::uint64_t largest_area = std::uint64_t{1} << 27;  // of pictures that are read
 
 std::size_t offset(const Image& image, int x, int y) {
   return 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
@@ -69,6 +70,34 @@ std::vector<std::uint8_t> encode_png(const Image& image) {
   }
   bytes.resize(size);
   return bytes;
+}
+
+Image decode_png(std::string_view bytes, const std::string& name, Rgb8 behind) {
+  png_image description;
+  std::memset(&description, 0, sizeof description);
+  description.version = PNG_IMAGE_VERSION;
+  const auto refuse = [&](const std::string& what) {
+    png_image_free(&description);
+    throw InputError(what, name, "give a PNG file");
+  };
+  // The library reads the header of an empty file with an error of its own program's use.
+  if (bytes.empty()) refuse("the file is empty");
+  if (!png_image_begin_read_from_memory(&description, bytes.data(), bytes.size())) {
+    refuse(std::string("cannot be read as a PNG: ") + description.message);
+  }
+  const std::uint64_t pixels = std::uint64_t{description.width} * description.height;
+  if (description.width > largest_side || description.height > largest_side ||
+      pixels > largest_area) {
+    refuse("the picture is too large: " + std::to_string(description.width) + " x " +
+           std::to_string(description.height) + " pixels");
+  }
+  description.format = PNG_FORMAT_RGB;
+  Image image(static_cast<int>(description.width), static_cast<int>(description.height), behind);
+  const png_color background{behind[0], behind[1], behind[2]};
+  if (!png_image_finish_read(&description, &background, image.rgb.data(), 0, nullptr)) {
+    refuse(std::string("the PNG is damaged: ") + description.message);
+  }
+  return image;
 }
 
 void write_png(const std::filesystem::path& path, const Image& image) {

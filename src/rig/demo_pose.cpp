@@ -19,7 +19,7 @@ struct Place {
 std::vector<Place> places(const Skeleton& skeleton) {
   const std::size_t columns = at(skeleton.columns);
   std::vector<int> parent(columns, -1), order;
-  if (skeleton.source == Skeleton::Source::tgf) {
+  if (skeleton.source != Skeleton::Source::gltf) {
     const BoneTree tree = bone_tree(skeleton);
     const int points = first_bone_column(skeleton);
     for (const int e : tree.order) {
@@ -52,9 +52,12 @@ struct Frame {
 
 /// Axes of the character's own box, so that turning the file's axes only renames them.
 Frame frame_of(const Skeleton& skeleton) {
-  Points X(static_cast<Eigen::Index>(skeleton.joints.size()), 3);
-  for (std::size_t j = 0; j < skeleton.joints.size(); ++j) {
-    X.row(static_cast<Eigen::Index>(j)) = skeleton.joints[j].position.transpose();
+  const bool jointless = skeleton.joints.empty();  // regions alone
+  const std::size_t count = jointless ? skeleton.handles.size() : skeleton.joints.size();
+  Points X(static_cast<Eigen::Index>(count), 3);
+  for (std::size_t j = 0; j < count; ++j) {
+    X.row(static_cast<Eigen::Index>(j)) =
+        (jointless ? skeleton.handles[j].point : skeleton.joints[j].position).transpose();
   }
   Frame frame;
   if (X.rows() < 2) return frame;
@@ -110,7 +113,7 @@ Pose demo_pose(const Skeleton& skeleton, double amplitude, std::uint64_t seed) {
       const Vec3 local =
           skeleton.joints[at(handle.joint)].inverse_bind.topLeftCorner<3, 3>() * axis;
       if (local.norm() > 0 && local.allFinite()) axis = local.normalized();
-    } else if (handle.kind == Handle::Kind::point && roots_only) {
+    } else if (handle.kind != Handle::Kind::bone && roots_only) {
       joint.translation = 0.15 * angle * frame.size * frame.broad;
     }
     joint.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis));

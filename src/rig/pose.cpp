@@ -60,7 +60,7 @@ std::vector<Transform> bind_transforms(const Skeleton& skeleton) {
   return bind;
 }
 
-std::vector<Transform> tgf_transforms(const Skeleton& skeleton, const Pose& pose) {
+std::vector<Transform> handle_transforms(const Skeleton& skeleton, const Pose& pose) {
   std::vector<Transform> columns(at(skeleton.columns), Transform::Identity());
   const std::size_t points = at(first_bone_column(skeleton));
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -78,8 +78,9 @@ std::vector<Transform> tgf_transforms(const Skeleton& skeleton, const Pose& pose
   return columns;
 }
 
-bool is_tgf(const Skeleton& skeleton) {
-  if (skeleton.source != Skeleton::Source::tgf) return false;
+/// Column i is handles[i]: of TGF files, and of regions alone.
+bool columns_are_handles(const Skeleton& skeleton) {
+  if (skeleton.source == Skeleton::Source::gltf) return false;
   if (at(skeleton.columns) != skeleton.handles.size() ||
       skeleton.handles.size() < skeleton.bones.size()) {
     throw InputError("the handles are not made yet", "skeleton");
@@ -141,7 +142,7 @@ std::vector<Transform> joint_transforms(const Skeleton& skeleton, const Pose& po
 std::vector<Transform> column_transforms(const Skeleton& skeleton, const Pose& pose,
                                          PoseBase base) {
   check(skeleton, pose);
-  if (is_tgf(skeleton)) return tgf_transforms(skeleton, pose);
+  if (columns_are_handles(skeleton)) return handle_transforms(skeleton, pose);
   std::vector<Transform> columns = joint_transforms(skeleton, pose, base);
   for (std::size_t j = 0; j < columns.size(); ++j) {
     columns[j] = columns[j] * skeleton.joints[j].inverse_bind;
@@ -152,7 +153,7 @@ std::vector<Transform> column_transforms(const Skeleton& skeleton, const Pose& p
 Pose pose_from_quaternions(const Skeleton& skeleton, std::span<const double> xyzw) {
   Pose pose = rest_pose(skeleton);
   const std::size_t count = xyzw.size() / 4;
-  const bool bones_only = is_tgf(skeleton) && count == skeleton.bones.size();
+  const bool bones_only = columns_are_handles(skeleton) && count == skeleton.bones.size();
   if (xyzw.size() % 4 != 0 || (!bones_only && count != pose.joints.size())) {
     throw InputError(std::to_string(xyzw.size()) + " numbers are not a quaternion for each bone",
                      "pose",

@@ -8,6 +8,8 @@
 
 #include <array>
 #include <cstdio>
+#include <map>
+#include <set>
 
 namespace skinfield_test {
 namespace {
@@ -48,10 +50,13 @@ TEST(Methods, EachGivesValidWeightsOfItsOwn) {
   Json report;
   const RowMatrix bbw = folder.bound("bbw", report, few);
   EXPECT_EQ(report["weights"]["clamped_mass_max"], 0);
+  EXPECT_FALSE(report["weights"].contains("extrema_before_projection"));
   EXPECT_EQ(report["options"]["solver"], "primal");
   const RowMatrix harmonic = folder.bound("harmonic", report, few);
   EXPECT_LT(report["weights"]["clamped_mass_max"], 1e-12) << "the maximum principle";
   EXPECT_FALSE(report["options"].contains("tolerance"));
+  EXPECT_EQ(report["weights"]["extrema_before_projection"], report["weights"]["extrema"])
+      << "nothing had to be projected";
   const RowMatrix biharmonic = folder.bound("biharmonic", report, few);
   EXPECT_EQ(report["solve"]["status"], "converged");
   EXPECT_GT(report["weights"]["clamped_mass_mean"], 1e-4);
@@ -136,6 +141,35 @@ TEST(Methods, QuasiHarmonicMakesItsOwnElements) {
           .out);
   EXPECT_EQ(report["domain"]["kind"], "tets");
   EXPECT_TRUE(report["solve"]["kkt_residual"].is_null()) << "not measured";
+  EXPECT_TRUE(report["weights"].contains("extrema_before_projection"));
+  const Json& seconds = report["timings_s"];
+  EXPECT_GT(seconds["solve_linear"], 0);
+  EXPECT_LT(seconds["solve_linear"], seconds["solve_steps"]);
+  EXPECT_LE(seconds["solve_start"].get<double>() + seconds["solve_steps"].get<double>(),
+            seconds["solve"]);
+}
+
+TEST(Methods, OptimisersOfQuasiHarmonicAreChosenByName) {
+  if (!skinfield::have_tetgen()) GTEST_SKIP() << "the permissive profile has no TetGen";
+  const BoxFolder folder;
+  expect_runs(folder, {"tetrahedralise", "box.obj", "--skeleton", "box.tgf", "--nodes", "600", "-o",
+                       "box.mesh"});
+  std::map<std::string, std::vector<double>> energies;
+  for (const std::string solver : {"adam-lbfgs", "restarted-adam", "adam", "lbfgs"}) {
+    expect_runs(folder, {"bind", "box.mesh", "--skeleton", "box.tgf", "--method", "quasi-harmonic",
+                         "--solver", solver, "--iterations", "30", "--tolerance", "1e-9", "-o",
+                         "w.npz", "--report", "r.json", "--quiet"});
+    const Json report = Json::parse(read_file(folder / "r.json"));
+    EXPECT_EQ(report["options"]["solver"], solver);
+    for (const Json& row : report["solve"]["history"]["rows"])
+      energies[solver].push_back(row[1].get<double>());
+    ASSERT_GE(energies[solver].size(), solver == "adam-lbfgs" ? 25U : 31U);
+    EXPECT_EQ(energies[solver][0], energies["adam-lbfgs"][0]) << "the same objective and start";
+  }
+  EXPECT_EQ(energies["restarted-adam"][24], energies["adam-lbfgs"][24]);
+  std::set<double> second_round;
+  for (const auto& [solver, history] : energies) second_round.insert(history[8]);
+  EXPECT_EQ(second_round.size(), 3U) << "but for the first two, which part after 24 steps";
 }
 
 TEST(Methods, PaintAndLocksHoldInEach) {

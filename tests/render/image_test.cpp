@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <string>
 
 namespace skinfield {
 namespace {
@@ -27,19 +29,54 @@ Image pattern() {
   return image;
 }
 
-Image decoded(const std::vector<std::uint8_t>& bytes) {
+std::string text(const std::vector<std::uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
+
+/// The PNG of another format's pixels, by the library itself.
+std::string png_of(int width, int height, png_uint_32 format, const void* pixels) {
   png_image description;
   std::memset(&description, 0, sizeof description);
   description.version = PNG_IMAGE_VERSION;
-  if (!png_image_begin_read_from_memory(&description, bytes.data(), bytes.size())) return {};
-  description.format = PNG_FORMAT_RGB;
-  Image image(static_cast<int>(description.width), static_cast<int>(description.height), {});
-  if (!png_image_finish_read(&description, nullptr, image.rgb.data(), 0, nullptr)) return {};
-  return image;
+  description.width = static_cast<png_uint_32>(width);
+  description.height = static_cast<png_uint_32>(height);
+  description.format = format;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);
+  std::string bytes(size, 0);
+  EXPECT_TRUE(png_image_write_to_memory(&description, bytes.data(), &size, 0, pixels, 0, nullptr));
+  bytes.resize(size);
+  return bytes;
+}
+
+TEST(Png, OtherFormatsBecomeRgb) {
+  const std::array<std::uint8_t, 3> grey = {0, 128, 255};
+  const Image one = decode_png(png_of(3, 1, PNG_FORMAT_GRAY, grey.data()), "grey.png");
+  EXPECT_EQ(one.at(1, 0), (Rgb8{128, 128, 128}));
+  const std::array<std::uint8_t, 8> rgba = {200, 100, 50, 255, 200, 100, 50, 0};
+  const std::string seen_through = png_of(2, 1, PNG_FORMAT_RGBA, rgba.data());
+  EXPECT_EQ(decode_png(seen_through, "a.png").at(0, 0), (Rgb8{200, 100, 50}));
+  EXPECT_EQ(decode_png(seen_through, "a.png").at(1, 0), (Rgb8{255, 255, 255}));
+  EXPECT_EQ(decode_png(seen_through, "a.png", {1, 2, 3}).at(1, 0), (Rgb8{1, 2, 3}));
+}
+
+TEST(Png, DamagedFilesAreRefusedByName) {
+  const std::string good = text(encode_png(pattern()));
+  std::string flipped = good;
+  flipped[flipped.size() / 2] = static_cast<char>(flipped[flipped.size() / 2] ^ 0x55);
+  std::string huge = good;
+  huge.replace(16, 8, std::string("\x00\x00\x7f\xff\x00\x00\x7f\xff", 8));
+  for (const std::string& bad : {std::string(), std::string("no picture"), good.substr(0, 20),
+                                 good.substr(0, good.size() / 2), flipped, huge}) {
+    try {
+      decode_png(bad, "bad.png");
+      ADD_FAILURE() << "read " << bad.size() << " bytes";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.where(), "bad.png");
+      EXPECT_EQ(error.message().find('\n'), std::string::npos);
+    }
+  }
 }
 
 TEST(Png, DecodesToWhatWasWritten) {
-  const Image image = pattern(), back = decoded(encode_png(image));
+  const Image image = pattern(), back = decode_png(text(encode_png(image)), "a.png");
   EXPECT_EQ(back.width, image.width);
   EXPECT_EQ(back.height, image.height);
   EXPECT_EQ(back.rgb, image.rgb);

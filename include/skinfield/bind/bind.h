@@ -99,8 +99,10 @@ struct BindReport {
   double row_sum_error = 0;
   std::vector<std::int64_t> influences;  ///< histogram: rows with k influences
   double pruned_mass_mean = 0, pruned_mass_max = 0;
-  /// What methods without bounds had below zero in a vertex's row, now clamped.
+  /// Of methods that bring their rows onto the simplex last: what was below zero in a vertex's row,
+  /// and the extrema that there were before (-1 for other methods).
   double clamped_mass_mean = 0, clamped_mass_max = 0;
+  std::int64_t extrema_before_projection = -1;
   std::vector<std::string> handles_without_vertices;
   std::map<std::string, std::int64_t> vertices_filled;  ///< by cause
   std::map<std::string, std::int64_t> field_vertices;   ///< of geometric fields, by evaluation

@@ -22,7 +22,8 @@ enum class Method {
 /// A method's own choices of how it is solved; automatic is its first. dual_unboxed leaves W <= 1
 /// out of decoupled weights, for the comparison of the dual's paper. coupled and decoupled are
 /// those of monotonic weights: partition of unity inside the problem, or columns one by one;
-/// convex, adam and adam_pool those of geometric fields.
+/// convex, adam and adam_pool those of geometric fields; adam_lbfgs, restarted_adam, adam and
+/// lbfgs those of quasi-harmonic weights.
 enum class Solver {
   automatic,
   primal,
@@ -33,7 +34,10 @@ enum class Solver {
   decoupled,
   convex,
   adam,
-  adam_pool
+  adam_pool,
+  adam_lbfgs,
+  restarted_adam,
+  lbfgs
 };
 std::string_view name_of(Solver solver);
 

@@ -5,6 +5,8 @@
 
 #include "skinfield/solve/simplex_qp.h"
 
+#include <map>
+#include <string>
 #include <vector>
 
 namespace skinfield {
@@ -24,11 +26,23 @@ struct QuasiHarmonicProblem {
 /// element's volume.
 enum class TensorStart { identity, inverse_square, heat };
 
+/// How the energy is brought down (section 6.1 and figure 2). restarted_adam is the paper's
+/// customised Adam, which halves its rate and forgets its moments after every round; adam goes
+/// without that; lbfgs has a memory of 10 and a line search. adam_lbfgs begins with the first and
+/// goes on with the third, whose steps have no rate that runs out, as long as the maximum principle
+/// holds: no weight is below -1e-4 before the projection.
+enum class TensorOptimiser { adam_lbfgs, restarted_adam, adam, lbfgs };
+
 struct QuasiHarmonicOptions {
   TensorStart start_tensors = TensorStart::heat;
-  int max_iterations = 24;  ///< steps of the customised Adam; the paper takes 10 or 20
-  double rate = 0.1;        ///< of the first round
-  int round = 4;            ///< steps until the rate halves and the moments are reset
+  TensorOptimiser optimiser = TensorOptimiser::adam_lbfgs;
+  int max_iterations = 80;  ///< steps; the paper takes 10 or 20 of the customised Adam
+  int adam_steps = 24;      ///< how many of them are Adam's before L-BFGS goes on
+  double rate = 0.1;        ///< of Adam, in the first round
+  /// Adam's memory of the mean gradient (beta1). The customary 0.9 remembers ten steps, and a
+  /// round has four.
+  double momentum = 0.5;
+  int round = 4;  ///< steps until Adam starts afresh, and until the tolerance is looked at
   /// Stops after a round that changed the energy by less than this share; 0: never.
   double tolerance = 1e-4;
   /// Projects to the simplex inside the objective. Without, weights can be mildly negative where
@@ -50,6 +64,9 @@ struct QuasiHarmonicResult {
   /// bound is known, so that lower_bound is 0, and kkt_residual (not measured) is not a number.
   SolveStats stats;
   std::vector<double> history;  ///< energies: [0] at the start, [k] after k steps
+  /// Wall: `start` (symbolic factorisation, start of the tensors), `steps`, and what of these
+  /// numerical factorisations and back substitutions take (`linear`).
+  std::map<std::string, double> seconds;
   /// The tensors of W: unit eigenvectors of the largest eigenvalue (elements,3), and the largest
   /// eigenvalue over the smallest (section 7.4). Zero and 1 in degenerate elements.
   Points direction;

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace skinfield {
@@ -29,6 +31,10 @@ void paste(Image& target, const Image& source, int x, int y);
 
 /// The bytes of an 8-bit RGB PNG file. Equal pictures give equal bytes.
 std::vector<std::uint8_t> encode_png(const Image& image);
+
+/// Any PNG as 8-bit RGB; what is transparent shows `behind`. `name` goes into messages.
+/// @throws InputError where the bytes are no PNG, damaged, or a picture of more than 2^27 pixels.
+Image decode_png(std::string_view bytes, const std::string& name, Rgb8 behind = {255, 255, 255});
 
 /// Writes beside the target and renames. Throws IoError where that fails.
 void write_png(const std::filesystem::path& path, const Image& image);
