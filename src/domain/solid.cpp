@@ -49,6 +49,7 @@ struct Solid::Impl {
   std::optional<SmoothedWinding> smoothed;
   Facts facts;
   bool any_hit = false;
+  bool unmasked = false;  // nothing blocks
   double inside_from = 0;
 
   bool crossing_blocks(double running, double excess, const RayHit& hit, const Vec3& x) const {
@@ -102,6 +103,7 @@ struct Solid::Impl {
   }
 
   bool blocked(const Site& a, const Site& b, std::vector<RayHit>& hits) const {
+    if (unmasked) return false;
     if (!smoothed) {
       const double length = (b.x - a.x).norm();
       if (!scene || length <= std::max(a.clearance, b.clearance)) return false;
@@ -116,6 +118,7 @@ Solid::Solid(const Mesh& mesh, const Points& handle_samples, const SolidOptions&
              const Progress& progress)
     : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
+  s.unmasked = options.visibility == SolidOptions::Visibility::none;
   s.V = mesh.V;
   s.kind.assign(static_cast<std::size_t>(mesh.V.rows()), PartKind::dirty);
   s.component.assign(s.kind.size(), -1);
@@ -282,6 +285,7 @@ void Solid::reach(const Site& a, std::span<const Vec3> directions, std::span<dou
   const Impl& s = *impl_;
   std::vector<RayHit> hits;
   std::fill(hit.begin(), hit.end(), 0);
+  if (s.unmasked) return;
   if (s.smoothed) {
     for (std::size_t i = 0; i < directions.size(); ++i) {
       const double where = s.blocked_at(a, a.x + t[i] * directions[i], nullptr, hits);

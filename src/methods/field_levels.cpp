@@ -166,6 +166,7 @@ bool LevelSolver::solve_convex(int level, bool finest, StageClock& clock,
   state_.steps = stats_.iterations;
   clock.lap("minimise");
   const bool stopped = stop();
+  if (watch && !finest && !stopped) watch(field_.F);
   if (finest || stopped) {
     certify(rows, field_.conditions->bound(), field_.F, stats_, progress);
     facts_.rows = rows.rows();

@@ -3,6 +3,7 @@
 #include "domain/inside_check.h"
 #include "domain/stage_clock.h"
 #include "methods/field_impl.h"
+#include "methods/field_judge.h"
 #include "methods/field_levels.h"
 #include "skinfield/base/parallel.h"
 #include "skinfield/domain/point_domain.h"
@@ -14,6 +15,7 @@
 namespace skinfield {
 namespace {
 
+constexpr int fewest_points = 16;
 constexpr int coarsest_convex = 1 << 10;
 constexpr int convex_growth = 4;
 constexpr int paper_first = 1 << 13;  // points of the paper's first level in 3D
@@ -26,7 +28,7 @@ constexpr int grading_places = 1000;  // in the shape, for the typical length of
 constexpr double volume_share = 0.1;  // of their box that shapes fill, about
 
 int wanted_points(const GeometricFieldsOptions& options) {
-  if (options.points > 0) return std::max(options.points, 16);
+  if (options.points > 0) return std::max(options.points, fewest_points);
   return options.solver == GeometricFieldsOptions::Solver::convex ? 1 << 14 : 1 << 16;
 }
 
@@ -62,17 +64,23 @@ Solid make_solid(const Mesh& mesh, const std::vector<Handle>& handles, const Pai
       progress);
 }
 
-/// Coarse to fine, doubling up to the wanted number.
+/// Coarse to fine, up to the wanted number.
 std::vector<int> level_counts(const GeometricFieldsOptions& options) {
   const int finest = wanted_points(options);
   std::vector<int> counts{finest};
   if (options.solver == GeometricFieldsOptions::Solver::convex) {
-    while (counts.back() / convex_growth >= coarsest_convex)
-      counts.push_back(counts.back() / convex_growth);
+    const auto more = [&] {
+      return options.levels > 0 ? static_cast<int>(counts.size()) < options.levels
+                                : counts.back() / convex_growth >= coarsest_convex;
+    };
+    while (more()) counts.push_back(std::max(counts.back() / convex_growth, fewest_points));
   } else {
     const bool pooled = options.solver == GeometricFieldsOptions::Solver::adam_pool;
-    const int doublings = pooled ? pool_doublings : paper_doublings;
-    for (int k = 0; k < doublings; ++k) counts.push_back(std::max(counts.back() / 2, 16));
+    const int doublings = options.levels > 0 ? options.levels - 1
+                          : pooled           ? pool_doublings
+                                             : paper_doublings;
+    for (int k = 0; k < doublings; ++k)
+      counts.push_back(std::max(counts.back() / 2, fewest_points));
   }
   std::reverse(counts.begin(), counts.end());
   return counts;
@@ -139,7 +147,8 @@ void apply_settings(const std::vector<std::pair<std::string, double>>& settings,
     if (name == "solver" && whole >= 0 && whole <= 2)
       o.solver = static_cast<Options::Solver>(whole);
     if (name == "boundary") o.boundary = static_cast<Options::Boundary>(whole == 1);
-    if (name == "visibility") o.visibility = static_cast<SolidOptions::Visibility>(whole == 1);
+    if (name == "visibility" && whole >= 0 && whole <= 2)
+      o.visibility = static_cast<SolidOptions::Visibility>(whole);
     if (name == "kernel") o.kernel.kernel = static_cast<KernelFieldOptions::Kernel>(whole == 1);
     if (name == "kernel_neighbour") o.kernel.neighbour = std::clamp(whole, 1, 64);
     if (name == "kernel_width" && value > 0) o.kernel.width = value;
@@ -237,6 +246,17 @@ GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handl
     return options.time_limit_s > 0 &&
            std::chrono::duration<double>(Clock::now() - start).count() > options.time_limit_s;
   };
+  std::optional<FieldJudge> judge;
+  if (options.judged_step > 0) {
+    judge.emplace(field, options, progress);
+    solver.watch = [&](const FloatRows& F) {
+      std::vector<JudgedEnergy>& judged = result.facts.judged;
+      if (judged.empty() || judged.back().iteration != state.steps) judged.emplace_back();
+      judged.back() = {state.steps, static_cast<std::int64_t>(field.kernel->points().size()),
+                       judge->energy(F, progress)};
+    };
+    clock.lap("judge");
+  }
   const int first_level = state.level;
   for (int level = first_level; level < static_cast<int>(state.counts.size()); ++level) {
     progress("level", static_cast<double>(level) / static_cast<double>(state.counts.size()));
@@ -256,12 +276,14 @@ GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handl
     }
     result.facts.radii = radii_of(kernel, options, state);
     field.conditions->set_radii(result.facts.radii, field.sampler->grading());
+    if (judge) judge->look(progress);
     const bool finest = level + 1 == static_cast<int>(state.counts.size());
     if (!solver.solve(level, finest, clock, progress)) break;
   }
   result.facts.sigma = field.kernel->sigma();
   result.facts.volume = field.sampler->volume();
   solver.settle_unreached(progress);
+  if (judge) solver.watch(field.F);
   state.F = field.F;
   state.X.resize(static_cast<Eigen::Index>(field.kernel->points().size()), 3);
   for (Eigen::Index i = 0; i < state.X.rows(); ++i)

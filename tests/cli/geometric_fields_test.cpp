@@ -6,6 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstdio>
+#include <sstream>
+
 namespace skinfield_test {
 namespace {
 
@@ -150,6 +153,62 @@ TEST(GeometricFieldsVerb, WithoutAnInsideTheSurfaceStandsIn) {
   expect_refused(folder, flat, 4, {"flat.obj", "no inside", "--save-field"});
 }
 
+TEST(GeometricFieldsVerb, ParametersForComparisons) {
+  const BoxFolder folder;
+  const auto report = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--nodes", "600", "--json"});
+    return Json::parse(expect_runs(folder, field_of_box(more)).out);
+  };
+  const Json own = report({});
+  EXPECT_FALSE(own["solve"].contains("judged"));
+  EXPECT_EQ(own["options"]["visibility"], "counted");
+  const RowMatrix W = weights(folder);
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{"--kernel-width", "2"},
+                                             {"--difference-step", "0.25"},
+                                             {"--rows-per-point", "3"},
+                                             {"--levels", "3"}}) {
+    report(more);
+    EXPECT_GT((weights(folder) - W).cwiseAbs().maxCoeff(), 1e-6) << more[0];
+  }
+  const std::vector<std::string> adam{"--solver", "adam", "--iterations", "5"};
+  auto fewer = adam;
+  fewer.insert(fewer.end(), {"--samples-per-step", "16"});
+  report(adam);
+  const RowMatrix by_adam = weights(folder);
+  report(fewer);
+  EXPECT_GT((weights(folder) - by_adam).cwiseAbs().maxCoeff(), 1e-6);
+  report({"--visibility", "counted"});
+  EXPECT_EQ(weights(folder), W);
+  report({"--visibility", "none"});
+  EXPECT_LT((weights(folder) - W).cwiseAbs().maxCoeff(), 1e-6) << "a box has nothing in its way";
+  const Json judged = report({"--levels", "2", "--judge-step", "0.02"})["solve"]["judged"];
+  ASSERT_EQ(judged["rows"].size(), 2u);
+  EXPECT_LT(judged["rows"][0][1], judged["rows"][1][1]) << "points";
+  EXPECT_EQ(judged["rows"][1][2], judged["energy"]);
+  // Twice the size: an integral of squared second derivatives halves.
+  std::istringstream box(box_obj());
+  std::string large, line;
+  double x, y, z;
+  while (std::getline(box, line))
+    large += (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3
+                  ? "v " + std::to_string(2 * x) + " " + std::to_string(2 * y) + " " +
+                        std::to_string(2 * z)
+                  : line) +
+             "\n";
+  write_file(folder / "large.obj", large);
+  write_file(folder / "large.tgf", "1 1 1 1\n2 4 1 1\n3 7 1 1\n#\n1 2\n2 3\n");
+  const Json small = report({"--judge-step", "0.02"})["solve"];
+  auto all = field_of_box({"--nodes", "600", "--judge-step", "0.02", "--json"});
+  all[1] = "large.obj", all[3] = "large.tgf";
+  const Json twice = Json::parse(expect_runs(folder, all).out)["solve"];
+  const auto halves = [](const Json& from, const Json& to) {
+    EXPECT_NEAR(2 * to.get<double>(), from.get<double>(), 1e-2 * from.get<double>());
+  };
+  halves(small["judged"]["energy"], twice["judged"]["energy"]);
+  halves(small["energy"], twice["energy"]);
+}
+
 TEST(GeometricFieldsVerb, SaysWhatDoesNotFit) {
   const BoxFolder folder;
   expect_runs(folder, field_of_box({"--nodes", "300", "--save-field", "a.sfield"}));
@@ -165,6 +224,13 @@ TEST(GeometricFieldsVerb, SaysWhatDoesNotFit) {
     expect_refused(folder, all, code, words);
   };
   refused({"--resume", "a.sfield", "--nodes", "100"}, 2, {"--nodes", "--resume"});
+  refused({"--resume", "a.sfield", "--visibility", "none"}, 2, {"--visibility", "--resume"});
+  refused({"--solver", "adam", "--rows-per-point", "6"}, 2, {"--rows-per-point", "convex"});
+  refused({"--samples-per-step", "64"}, 2, {"--samples-per-step", "adam"});
+  refused({"--levels", "0"}, 2, {"--levels"});
+  expect_refused(
+      folder, {"bind", "box.obj", "--skeleton", "box.tgf", "--kernel-width", "2", "-o", "out.glb"},
+      2, {"--kernel-width", "bbw", "geometric field"});
   refused({"--resume", "none.sfield"}, 3, {"none.sfield"});
   refused({"--save-field", "a.npz"}, 2, {"a.npz", ".sfield"});
   refused({"--domain", "points"}, 2, {"domain of its own"});

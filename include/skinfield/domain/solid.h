@@ -23,8 +23,9 @@ struct SolidOptions {
   double accuracy = 2.0;  ///< of the fast winding number
   /// counted: the rules above. any_hit: every triangle blocks, clothes and torn parts included, and
   /// inside is where the winding number of all of them reaches `inside_from` (the geometric-fields
-  /// paper's rule, for comparisons). Point clouds have no triangles: always counted.
-  enum class Visibility { counted, any_hit };
+  /// paper's rule, for comparisons). none: nothing blocks, inside as counted (what the paper's
+  /// figure 5 compares with). Point clouds have no triangles that any_hit could hit: counted.
+  enum class Visibility { counted, any_hit, none };
   Visibility visibility = Visibility::counted;
   double inside_from = 0.1;
 };
