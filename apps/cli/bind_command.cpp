@@ -93,7 +93,7 @@ void warn_of_unused(const BindArguments& o, const BindReport& r) {
   };
   const bool tets = !r.tet_route.empty();
   const bool given = r.tet_route == "given" || r.tet_route == "split";
-  warn_if(tets || r.rung == Rung::surface, "--seed",
+  warn_if(tets || (r.rung == Rung::surface && r.domain_kind != "field"), "--seed",
           "nothing is random on tetrahedra or triangles");
   for (const char* name : {"--nodes", "--quality"})
     warn_if(given, name, "the input's own tetrahedra are the nodes");
@@ -171,7 +171,9 @@ void run(const BindArguments& o, const Common& common) {
   for (Character& character : asset.characters) {
     BindOptions options = bind_options(o);
     if (!o.regions.empty()) read_regions(o.regions, character);
-    triangulate_outline(character, options.nodes, progress);
+    // A field takes an outline as it is; a glTF holds triangles.
+    if (!chosen_method(o).on_field || is_gltf(o.output))
+      triangulate_outline(character, options.nodes, progress);
     read_conditions(o, character, options);
     if (!o.resume.empty())
       options.resume = std::make_shared<const FieldFile>(read_sfield(o.resume));

@@ -86,7 +86,7 @@ GeometricFieldsOptions field_options(const BindOptions& options) {
 
 void describe(const GeometricFieldsResult& result, BindReport& report) {
   const GeometricFieldsFacts& facts = result.facts;
-  report.rung = Rung::volume;
+  report.rung = result.field->solid().dimension() == 2 ? Rung::surface : Rung::volume;
   report.domain_kind = "field";
   report.nodes = static_cast<int>(result.state.X.rows());
   for (const auto& [stage, seconds] : facts.seconds) report.seconds["field_" + stage] = seconds;
@@ -101,8 +101,6 @@ void describe(const GeometricFieldsResult& result, BindReport& report) {
 void solve_inside(const BindOptions& options, const Skeleton& skeleton,
                   const Conditions& conditions, SolvedDomain& solved, BindReport& report,
                   FieldFile* saved, const Progress& progress) {
-  if (report.input.planar && solved.scaled.mesh.F.rows() > 0)
-    throw DomainError("a flat shape has no inside");
   const GeometricFieldsOptions method = field_options(options);
   PaintedVertices paint = painted_vertices(conditions);
   if (options.resume) {
@@ -114,13 +112,13 @@ void solve_inside(const BindOptions& options, const Skeleton& skeleton,
                        options.resume ? &options.resume->state : nullptr, progress);
   describe(result, report);
   report.solve = result.stats;
-  // Integrals over the volume of squared second derivatives: length^-1.
-  const double scale = solved.scaled.box.scale;
+  // Integrals of squared second derivatives: length^(d - 4).
+  const double scale = std::pow(solved.scaled.box.scale, 4 - result.field->solid().dimension());
   report.solve.energy *= scale;
   report.solve.lower_bound *= scale;
   for (const JudgedEnergy& j : result.facts.judged)
     report.judged.push_back({j.iteration, j.points, scale * j.energy});
-  solved.rung = Rung::volume;
+  solved.rung = report.rung;
   solved.field_rows = std::move(result.W);
   solved.field_fill = std::move(result.fill);
   if (saved) {

@@ -13,7 +13,6 @@ constexpr int judged_samples = 1 << 12;
 constexpr double near_handles = 0.5;   // of the samples: the energy is largest there
 constexpr double near_radius = 3;      // in steps
 constexpr std::uint64_t seed = 20251;  // the same samples whatever the solve's seed
-constexpr int dimensions = 3;
 
 }  // namespace
 
@@ -29,23 +28,26 @@ FieldJudge::FieldJudge(const GeometricField::Impl& field, const GeometricFieldsO
 }
 
 void FieldJudge::look(const Progress& progress) {
+  const int dimension = field_.solid.dimension();
   stencils_.resize(samples_.size());
   parallel_for(samples_.size(), 32, [&](std::size_t i) {
     if ((i & 31) == 0) progress.check();
     const Site& site = samples_[i].site;
-    std::array<Vec3, 1 + 2 * dimensions> place;
+    std::array<Vec3, 7> place;
     place[0] = site.x;
-    for (int axis = 0; axis < dimensions; ++axis) {
+    for (int axis = 0; axis < dimension; ++axis) {
       place[static_cast<std::size_t>(1 + 2 * axis)] = site.x + step_ * Vec3::Unit(axis);
       place[static_cast<std::size_t>(2 + 2 * axis)] = site.x - step_ * Vec3::Unit(axis);
     }
-    if (!make_stencil(*field_.kernel, *field_.conditions, site, place, stencils_[i]))
+    const std::span wanted = std::span(place).first(static_cast<std::size_t>(1 + 2 * dimension));
+    if (!make_stencil(*field_.kernel, *field_.conditions, site, wanted, stencils_[i]))
       stencils_[i].place.clear();
   });
 }
 
 double FieldJudge::energy(const FloatRows& F, const Progress& progress) const {
   progress.check();
+  const int dimension = field_.solid.dimension();
   const FieldReader reader(F, field_.conditions->bound(), field_.softplus);
   return parallel_reduce(
              samples_.size(), 32, 0.0,
@@ -55,9 +57,9 @@ double FieldJudge::energy(const FloatRows& F, const Progress& progress) const {
                for (std::size_t i = begin; i < end; ++i) {
                  if (stencils_[i].place.empty()) continue;
                  laplacian.setZero();
-                 for (std::size_t q = 0; q <= 2 * dimensions; ++q) {
+                 for (std::size_t q = 0; q <= 2 * static_cast<std::size_t>(dimension); ++q) {
                    reader.at(stencils_[i], q, alpha.data());
-                   laplacian += (q == 0 ? -2.0 * dimensions : 1.0) * alpha;
+                   laplacian += (q == 0 ? -2.0 * dimension : 1.0) * alpha;
                  }
                  sum += samples_[i].weight * laplacian.squaredNorm();
                }

@@ -14,6 +14,7 @@ constexpr int fresh_steps = 6000;                                       // over 
 constexpr std::array<int, 6> pool_steps{800, 500, 400, 300, 200, 200};  // over its own six
 constexpr int all_pool_steps = 2400;
 constexpr double first_rate = 0.2, last_rate = 0.2 / 27;  // divided by 3 at three doublings
+constexpr int samples_in_space = 1 << 11, samples_in_plane = 1 << 12;  // M
 constexpr int rates = 4;
 constexpr int watched_every = 50;
 constexpr double pool_per_point = 2;  // rows of the pool
@@ -33,7 +34,8 @@ void make_samples(const KernelField& kernel, const FieldConditions& conditions,
   parallel_for(drawn.size(), 32, [&](std::size_t i) {
     if ((i & 31) == 0) progress.check();
     const Site& site = drawn[i].site;
-    const Vec3 v = Random(seed, stream + level_streams / 2 + i).direction();
+    const Vec3 v =
+        Random(seed, stream + level_streams / 2 + i).direction(kernel.solid().dimension());
     FieldSample& sample = samples[i];
     sample.h = h * kernel.grading().at(site.x);
     const std::array<Vec3, 3> wanted{site.x, site.x + sample.h * v, site.x - sample.h * v};
@@ -95,7 +97,9 @@ bool LevelSolver::solve_adam(int level, bool finest, StageClock& clock, const Pr
     make_samples(kernel, conditions, drawn, h, state_.seed, stream, true, pool, progress);
     clock.lap("rows");
   }
-  const int batch = std::clamp(options_.samples_per_step, 1, 1 << 20);
+  const int own = field_.solid.dimension() == 2 ? samples_in_plane : samples_in_space;
+  const int wanted = options_.samples_per_step > 0 ? options_.samples_per_step : own;
+  const int batch = std::clamp(wanted, 1, 1 << 20);
   const std::size_t levels = state_.counts.size();
   const std::int64_t steps = steps_of_level(pooled, static_cast<std::size_t>(level), levels);
   std::vector<FieldSample> fresh;
