@@ -73,8 +73,19 @@ void check_method_options(const BindArguments& o) {
   refuse(facts.on_field, {"--boundary"},
          facts.on_domain ? "has zero Neumann boundaries built in" : "knows no boundary conditions");
   refuse(facts.on_field, {"--save-field", "--resume"}, "is no field that could be saved");
+  refuse(facts.on_field,
+         {"--visibility", "--kernel-width", "--difference-step", "--rows-per-point",
+          "--samples-per-step", "--levels", "--judge-step"},
+         "is no geometric field");
+  refuse(o.solver == "auto" || o.solver == "convex", {"--rows-per-point"},
+         "has them with --solver convex only");
+  refuse(o.solver == "adam" || o.solver == "adam-pool", {"--samples-per-step"},
+         "has them with --solver adam and adam-pool only");
   refuse(facts.tensors, {"--tensors"}, "has no tensors");
-  refuse(o.resume.empty(), {"--nodes", "--quality", "--seed"}, "takes them from --resume");
+  refuse(o.resume.empty(),
+         {"--nodes", "--quality", "--seed", "--visibility", "--kernel-width", "--difference-step",
+          "--rows-per-point", "--samples-per-step", "--levels"},
+         "takes them from --resume");
   refuse(facts.on_domain || facts.on_field, {"--nodes", "--quality", "--seed"},
          "has no nodes but the vertices");
   refuse(facts.uses_mass, {"--mass"}, "has no masses in it");
@@ -116,6 +127,15 @@ BindOptions bind_options(const BindArguments& o) {
                                                 : 0;
   if (!o.boundary.empty())
     options.boundary = o.boundary == "neumann" ? Boundary::neumann : Boundary::natural;
+  if (o.visibility == "any-hit") options.field.visibility = FieldVisibility::any_hit;
+  if (o.visibility == "none") options.field.visibility = FieldVisibility::none;
+  if (o.visibility == "counted") options.field.visibility = FieldVisibility::counted;
+  options.field.kernel_width = o.kernel_width;
+  options.field.difference_step = o.difference_step;
+  options.field.rows_per_point = o.rows_per_point;
+  options.field.samples_per_step = o.samples_per_step;
+  options.field.levels = o.levels;
+  options.field.judged_step = o.judge_step;
   options.keep_field = !o.save_field.empty();
   options.keep_tensors = !o.tensors.empty();
   options.tolerance = o.tolerance;
@@ -154,6 +174,14 @@ std::map<std::string, std::string> described(const BindArguments& o, const BindO
     all["boundary"] = !o.boundary.empty() ? o.boundary : o.resume.empty() ? "natural" : "as saved";
     all["resume"] = o.resume;
     all["points"] = std::to_string(b.field_points);
+    const auto own = [](bool given, std::string value) { return given ? value : "own"; };
+    all["visibility"] = !o.visibility.empty() ? o.visibility : o.resume.empty() ? "counted" : "own";
+    all["kernel_width"] = own(o.kernel_width > 0, fmt::format("{:g}", o.kernel_width));
+    all["difference_step"] = own(o.difference_step > 0, fmt::format("{:g}", o.difference_step));
+    all["rows_per_point"] = own(o.rows_per_point > 0, fmt::format("{:g}", o.rows_per_point));
+    all["samples_per_step"] = own(o.samples_per_step > 0, std::to_string(o.samples_per_step));
+    all["levels"] = own(o.levels > 0, std::to_string(o.levels));
+    all["judge_step"] = own(o.judge_step > 0, fmt::format("{:g}", o.judge_step));
   }
   if (facts.on_domain) {
     all["quality"] = o.quality;

@@ -15,10 +15,11 @@ struct BindArguments {
   std::string mass = "barycentric";
   std::string quality = "normal", symmetry = "off";
   std::string regions, paint, weights_in, lock, report, weights_out, boundary, save_field, resume,
-      tensors;
+      tensors, visibility;
   SkeletonOptions skeleton;
-  int nodes = 0, iterations = 0, max_influences = -1;
+  int nodes = 0, iterations = 0, max_influences = -1, levels = 0, samples_per_step = 0;
   double tolerance = 0, time_limit = 0, prune = -1;
+  double kernel_width = 0, difference_step = 0, rows_per_point = 0, judge_step = 0;
   std::uint64_t seed = 0;
   std::set<std::string> given;  ///< names of the options on the command line
 };

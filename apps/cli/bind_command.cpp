@@ -83,7 +83,7 @@ void warn_of_unused(const BindArguments& o, const BindReport& r) {
   };
   const bool tets = !r.tet_route.empty();
   const bool given = r.tet_route == "given" || r.tet_route == "split";
-  warn_if(tets || r.rung == Rung::surface, "--seed",
+  warn_if(tets || (r.rung == Rung::surface && r.domain_kind != "field"), "--seed",
           "nothing is random on tetrahedra or triangles");
   for (const char* name : {"--nodes", "--quality"})
     warn_if(given, name, "the input's own tetrahedra are the nodes");
@@ -161,7 +161,9 @@ void run(const BindArguments& o, const Common& common) {
   for (Character& character : asset.characters) {
     BindOptions options = bind_options(o);
     if (!o.regions.empty()) read_regions(o.regions, character);
-    triangulate_outline(character, options.nodes, progress);
+    // A field takes an outline as it is; a glTF holds triangles.
+    if (!chosen_method(o).on_field || is_gltf(o.output))
+      triangulate_outline(character, options.nodes, progress);
     read_conditions(o, character, options);
     if (!o.resume.empty())
       options.resume = std::make_shared<const FieldFile>(read_sfield(o.resume));
@@ -249,6 +251,28 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--lock", o->lock, "Keep these handles' weights from --weights-in: GLOB");
   verb->add_option("--boundary", o->boundary, "Of geometric-fields [natural]")
       ->check(CLI::IsMember({"natural", "neumann"}));
+  verb->add_option("--visibility", o->visibility,
+                   "Of geometric-fields, what blocks the view [counted]: leaving the shape; any "
+                   "triangle; nothing")
+      ->check(CLI::IsMember({"counted", "any-hit", "none"}));
+  verb->add_option("--kernel-width", o->kernel_width, "Of geometric-fields: factor on sigma [1]")
+      ->check(number(0.1, 10));
+  verb->add_option("--difference-step", o->difference_step,
+                   "Of geometric-fields: the difference step h in units of sigma [0.5]")
+      ->check(number(0.01, 10));
+  verb->add_option("--rows-per-point", o->rows_per_point,
+                   "Of geometric-fields --solver convex: rows of the energy a point [12]")
+      ->check(number(1, 1000));
+  verb->add_option("--samples-per-step", o->samples_per_step,
+                   "Of geometric-fields --solver adam and adam-pool: samples a step [2048]")
+      ->check(number(1, 1 << 20));
+  verb->add_option("--levels", o->levels,
+                   "Of geometric-fields: levels from coarse to fine (1: none) [the solver's own]")
+      ->check(number(1, 12));
+  verb->add_option("--judge-step", o->judge_step,
+                   "Also report a geometric field's energy by axis-aligned differences of this "
+                   "step (share of the box's largest side), on samples of its own")
+      ->check(number(1e-4, 0.1));
   verb->add_option("--save-field", o->save_field, "Save a geometric field: FILE.sfield");
   verb->add_option("--resume", o->resume, "Go on from a saved field; --paint may change");
   verb->add_option("--tensors", o->tensors,

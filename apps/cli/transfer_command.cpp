@@ -1,23 +1,27 @@
 #include "cli.h"
 
+#include "skinfield/base/parallel.h"
 #include "skinfield/bind/bind.h"
 #include "skinfield/bind/handles.h"
+#include "skinfield/bind/report.h"
 #include "skinfield/bind/triangulate.h"
 #include "skinfield/io/file.h"
 #include "skinfield/io/gltf.h"
 #include "skinfield/io/sfield.h"
 #include "skinfield/io/weights_file.h"
+#include "skinfield/weights/statistics.h"
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
+#include <chrono>
 #include <set>
 
 namespace skinfield::cli {
 namespace {
 
 struct Options {
-  std::string source, target, output, quality = "normal";
+  std::string source, target, output, report, quality = "normal";
   SkeletonOptions skeleton;
   int nodes = 0, max_influences = -1;
   std::uint64_t seed = 0;
@@ -64,13 +68,47 @@ Source bind_source(const Options& o, const BindOptions& options, const Progress&
   return {bound.solved, asset.characters.front().skeleton};
 }
 
+/// How the rows came about and what they are, with the names of the bind report.
+std::string transfer_report(const Options& o, const SkinWeights& weights,
+                            const std::map<std::string, std::int64_t>& filled,
+                            const std::map<std::string, std::int64_t>& evaluated, double seconds,
+                            double cpu_seconds) {
+  using Json = nlohmann::ordered_json;
+  const WeightStatistics s = weight_statistics(weights);
+  Json histogram = Json::object();
+  for (std::size_t k = 0; k < s.influences.size(); ++k)
+    if (s.influences[k] > 0) histogram[std::to_string(k)] = s.influences[k];
+  const Json json{{"schema", 1},
+                  {"source", o.source},
+                  {"target", o.target},
+                  {"output", o.output},
+                  {"vertices", weights.W.rows()},
+                  {"handles", weights.W.cols()},
+                  {"vertices_filled", filled},
+                  {"field_vertices", evaluated},
+                  {"weights",
+                   {{"rows", weights.W.rows()},
+                    {"row_sum_error", s.row_sum_error},
+                    {"negative", s.negative},
+                    {"non_finite", s.non_finite},
+                    {"empty_rows", s.empty_rows},
+                    {"influences", histogram}}},
+                  {"threads", thread_count()},
+                  {"total_s", seconds},
+                  {"total_cpu_s", cpu_seconds},
+                  {"peak_memory_bytes", peak_memory_bytes()}};
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 void run(const Options& o, const Common& common) {
+  const auto start = std::chrono::steady_clock::now();
+  const double cpu = process_cpu_seconds();
   const std::string extension = lower_extension(o.output);
   const bool gltf = extension == ".glb" || extension == ".gltf";
   if (!gltf && !is_weights_extension(extension))
     throw UsageError(o.output +
                      ": unknown output format (use .glb, .gltf, .npz, .npy, .dmat or .csv)");
-  check_outputs({o.output});
+  check_outputs({o.output, o.report});
   const Progress progress = make_progress(common);
   SkeletonOptions bare = o.skeleton;
   bare.skeleton.clear();
@@ -89,20 +127,22 @@ void run(const Options& o, const Common& common) {
   }
   std::map<std::string, std::int64_t> filled, evaluated;
   const std::vector<SkinWeights> weights{transfer(*source.solved, character, &filled, &evaluated)};
+  std::filesystem::path folder = std::filesystem::path(o.output).parent_path();
+  if (folder.empty()) folder = ".";
+  std::vector<OutputFile> files{
+      {o.output, gltf ? format_gltf(target, weights, extension == ".glb", {}, folder)
+                      : format_weights(weights.front(), extension)}};
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  const std::string json = transfer_report(o, weights.front(), filled, evaluated, taken.count(),
+                                           process_cpu_seconds() - cpu);
+  if (!o.report.empty()) files.push_back({o.report, json});
   progress.check();
-  if (gltf)
-    write_gltf(target, weights, o.output);
-  else
-    write_weights(o.output, weights.front());
+  write_files_atomically(files);
   for (const auto& [cause, count] : filled)
     note(common, fmt::format("{} vertices filled: {}", count, cause));
   for (const auto& [way, count] : evaluated)
     note(common, fmt::format("{} vertices evaluated: {}", count, way));
-  if (common.json)
-    fmt::print("{}\n", nlohmann::ordered_json{{"vertices", weights.front().W.rows()},
-                                              {"vertices_filled", filled},
-                                              {"field_vertices", evaluated}}
-                           .dump(1));
+  if (common.json) fmt::print("{}", json);
 }
 
 }  // namespace
@@ -132,7 +172,8 @@ void add_transfer(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*
   verb->add_option("--seed", o->seed, "Seed of the random numbers")
       ->check(number(0, 1e18))
       ->capture_default_str();
-  verb->add_flag("--json", common.json, "Print to stdout how the rows came about");
+  verb->add_option("--report", o->report, "Write the report, how the rows came about: FILE.json");
+  verb->add_flag("--json", common.json, "Print the report to stdout");
   o->skeleton.add_to(*verb);
   verbs.emplace_back(verb, [o, verb, &common] {
     for (const CLI::Option* option : verb->get_options())

@@ -46,7 +46,11 @@ double Random::normal() {
   return radius * std::cos(2 * std::numbers::pi * uniform());
 }
 
-Vec3 Random::direction() {
+Vec3 Random::direction(int dimension) {
+  if (dimension == 2) {
+    const double angle = 2 * std::numbers::pi * uniform();
+    return {std::cos(angle), std::sin(angle), 0};
+  }
   const double z = 2 * uniform() - 1;
   const double angle = 2 * std::numbers::pi * uniform();
   const double r = std::sqrt(std::max(0.0, 1 - z * z));

@@ -144,6 +144,19 @@ std::string name_of(Rung rung) {
   return "";
 }
 
+namespace {
+
+/// An outline that has no field gets its triangles first; what was said so far stays said.
+BindResult bind_below(const Character& outline, const BindOptions& options,
+                      const BindReport& so_far, const Progress& progress) {
+  BindResult result = bind(outline, options, progress);
+  result.report.warnings.insert(result.report.warnings.begin(), so_far.warnings.begin(),
+                                so_far.warnings.end());
+  return result;
+}
+
+}  // namespace
+
 BindResult bind(const Character& given, const BindOptions& wanted, const Progress& progress) {
   BindOptions options = wanted;
   check_input(given, options);
@@ -155,7 +168,8 @@ BindResult bind(const Character& given, const BindOptions& wanted, const Progres
   report.input = diagnose(given.mesh, {}, progress);
   watch.lap("diagnose");
   std::optional<Character> triangulated;
-  if (given.mesh.is_outline()) {
+  const bool on_field = facts_of(options.method).on_field;
+  if (given.mesh.is_outline() && !on_field) {
     triangulated = given;
     triangulate_outline(*triangulated, options.nodes, progress);
     watch.lap("triangulate");
@@ -188,11 +202,13 @@ BindResult bind(const Character& given, const BindOptions& wanted, const Progres
   find_symmetry(options, *solved, report);
 
   progress("domain", 0);
-  if (facts_of(options.method).on_field) {
+  if (on_field) {
     if (options.keep_field) result.field.emplace();
     if (!solve_field(options, character.skeleton, conditions, *solved, report,
-                     result.field ? &*result.field : nullptr, progress))
+                     result.field ? &*result.field : nullptr, progress)) {
       options = options_below_field(options);
+      if (given.mesh.is_outline()) return bind_below(given, options, report, progress);
+    }
     watch.lap("solve");
   }
   if (!solved->field) {
@@ -205,8 +221,9 @@ BindResult bind(const Character& given, const BindOptions& wanted, const Progres
   }
   describe_handles(*solved, report);
 
+  const bool solid_field = solved->field && solved->field->solid().dimension() == 3;
   const Points normals = solved->points      ? solved->points->solid().normals()
-                         : solved->field     ? solved->field->solid().normals()
+                         : solid_field       ? solved->field->solid().normals()
                          : mesh.F.rows() > 0 ? vertex_normals(mesh.V, mesh.F)
                                              : mesh.N;
   Interpolation own;

@@ -169,8 +169,7 @@ InsideTest inside_test(const SolvedDomain& solved) {
     return [&solid = solved.points->solid()](const Vec3& x) { return solid.inside(x); };
   if (solved.tets) return [&tets = *solved.tets](const Vec3& x) { return tets.contains(x); };
   if (solved.tris) return [&tris = *solved.tris](const Vec3& x) { return tris.covers(x); };
-  if (solved.field)
-    return [&solid = solved.field->solid()](const Vec3& x) { return solid.inside(x); };
+  if (solved.field) return [&field = *solved.field](const Vec3& x) { return field.inside(x); };
   if (!solved.own_triangles) return {};
   const Mesh& mesh = solved.scaled.mesh;
   return [winding = std::make_shared<WindingNumber>(mesh.V, mesh.F)](const Vec3& x) {

@@ -62,6 +62,18 @@ GeometricFieldsOptions field_options(const BindOptions& options) {
     method.boundary = *options.boundary == Boundary::neumann
                           ? GeometricFieldsOptions::Boundary::neumann
                           : GeometricFieldsOptions::Boundary::natural;
+  const FieldTuning& tuning = options.field;
+  if (tuning.visibility)
+    method.visibility =
+        *tuning.visibility == FieldVisibility::any_hit ? SolidOptions::Visibility::any_hit
+        : *tuning.visibility == FieldVisibility::none  ? SolidOptions::Visibility::none
+                                                       : SolidOptions::Visibility::counted;
+  if (tuning.kernel_width > 0) method.kernel.width = tuning.kernel_width;
+  if (tuning.difference_step > 0) method.step = tuning.difference_step;
+  if (tuning.rows_per_point > 0) method.rows_per_point = tuning.rows_per_point;
+  if (tuning.samples_per_step > 0) method.samples_per_step = tuning.samples_per_step;
+  method.levels = tuning.levels;
+  method.judged_step = tuning.judged_step;
   if (!options.resume) {
     method.points = options.field_points;
     method.seed = options.seed;
@@ -74,7 +86,7 @@ GeometricFieldsOptions field_options(const BindOptions& options) {
 
 void describe(const GeometricFieldsResult& result, BindReport& report) {
   const GeometricFieldsFacts& facts = result.facts;
-  report.rung = Rung::volume;
+  report.rung = result.field->solid().dimension() == 2 ? Rung::surface : Rung::volume;
   report.domain_kind = "field";
   report.nodes = static_cast<int>(result.state.X.rows());
   for (const auto& [stage, seconds] : facts.seconds) report.seconds["field_" + stage] = seconds;
@@ -89,8 +101,6 @@ void describe(const GeometricFieldsResult& result, BindReport& report) {
 void solve_inside(const BindOptions& options, const Skeleton& skeleton,
                   const Conditions& conditions, SolvedDomain& solved, BindReport& report,
                   FieldFile* saved, const Progress& progress) {
-  if (report.input.planar && solved.scaled.mesh.F.rows() > 0)
-    throw DomainError("a flat shape has no inside");
   const GeometricFieldsOptions method = field_options(options);
   PaintedVertices paint = painted_vertices(conditions);
   if (options.resume) {
@@ -102,11 +112,13 @@ void solve_inside(const BindOptions& options, const Skeleton& skeleton,
                        options.resume ? &options.resume->state : nullptr, progress);
   describe(result, report);
   report.solve = result.stats;
-  // The energy is a mean over the volume of squared second derivatives: length^-4 in file units.
-  const double scale = std::pow(solved.scaled.box.scale, 4);
+  // Integrals of squared second derivatives: length^(d - 4).
+  const double scale = std::pow(solved.scaled.box.scale, 4 - result.field->solid().dimension());
   report.solve.energy *= scale;
   report.solve.lower_bound *= scale;
-  solved.rung = Rung::volume;
+  for (const JudgedEnergy& j : result.facts.judged)
+    report.judged.push_back({j.iteration, j.points, scale * j.energy});
+  solved.rung = report.rung;
   solved.field_rows = std::move(result.W);
   solved.field_fill = std::move(result.fill);
   if (saved) {

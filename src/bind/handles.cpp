@@ -62,6 +62,14 @@ Outline kept_outline(const Outline& outline, const std::vector<std::size_t>& par
   kept.E = Segments(outline.E(rows, Eigen::all)).unaryExpr([&renumbered](std::int32_t v) {
     return renumbered[static_cast<std::size_t>(v)];
   });
+  std::vector<std::int32_t> loose;
+  for (Eigen::Index e = 0; e < outline.loose.rows(); ++e) {
+    const int a = renumbered[static_cast<std::size_t>(outline.loose(e, 0))];
+    const int b = renumbered[static_cast<std::size_t>(outline.loose(e, 1))];
+    if (a >= 0 && b >= 0) loose.insert(loose.end(), {a, b});
+  }
+  kept.loose =
+      Eigen::Map<const Segments>(loose.data(), static_cast<Eigen::Index>(loose.size() / 2), 2);
   return kept;
 }
 

@@ -86,6 +86,14 @@ Json character_json(const BindReport& r) {
       history["rows"].push_back(
           {s.iteration, number(s.energy), number(s.lower_bound), number(s.constraint_violation)});
   }
+  if (!r.judged.empty()) {
+    Json& judged = json["solve"]["judged"];
+    judged = {{"energy", number(r.judged.back().energy)},
+              {"columns", {"iteration", "points", "energy"}},
+              {"rows", Json::array()}};
+    for (const BindReport::Judged& j : r.judged)
+      judged["rows"].push_back({j.iteration, j.points, number(j.energy)});
+  }
   Json histogram = Json::object();
   for (std::size_t k = 0; k < r.influences.size(); ++k)
     if (r.influences[k] > 0) histogram[std::to_string(k)] = r.influences[k];

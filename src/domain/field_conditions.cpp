@@ -105,6 +105,12 @@ FieldConditions::FieldConditions(const Solid& solid, const Mesh& mesh,
     for (Eigen::Index f = 0; f < mesh.F.rows(); ++f)
       if (painted.count(mesh.F(f, 0)) && painted.count(mesh.F(f, 1)) && painted.count(mesh.F(f, 2)))
         faces.emplace_back(mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2));
+    if (solid.dimension() == 2) {
+      const Triangles& E = solid.faces();
+      for (Eigen::Index e = 0; e < E.rows(); ++e)
+        if (painted.count(E(e, 0)) && painted.count(E(e, 1)))
+          faces.emplace_back(E(e, 0), E(e, 1), E(e, 1));
+    }
     for (const auto& entry : painted) faces.emplace_back(Eigen::Vector3i::Constant(entry.first));
     painted_faces_.resize(static_cast<Eigen::Index>(faces.size()), 3);
     for (std::size_t f = 0; f < faces.size(); ++f)
@@ -122,7 +128,8 @@ FieldConditions::FieldConditions(const Solid& solid, const Mesh& mesh,
       const auto f = static_cast<Eigen::Index>(i);
       const Vec3 a = V.row(F(f, 0)).transpose(), b = V.row(F(f, 1)).transpose();
       const Vec3 c = V.row(F(f, 2)).transpose();
-      const Vec3 n = (b - a).cross(c - a).normalized();
+      const Vec3 across = solid.dimension() == 2 ? Vec3::UnitZ() : Vec3(c - a);
+      const Vec3 n = (b - a).cross(across).normalized();
       outer[i] = !solid.inside(Vec3((a + b + c) / 3 + beside * n));
     });
     Triangles W(std::count(outer.begin(), outer.end(), 1), 3);

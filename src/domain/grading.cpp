@@ -15,7 +15,8 @@ double distance(const Vec3& a, const Vec3& b, const Vec3& x) {
 
 }  // namespace
 
-Grading::Grading(const Segments& segments, const Points& places, double least) : least_(least) {
+Grading::Grading(const Segments& segments, const Points& places, double least, int dimension)
+    : least_(least), dimension_(dimension) {
   if (!(least < 1) || places.rows() == 0) return;
   for (const auto& [a, b] : segments)
     if ((b - a).squaredNorm() > 0) segments_.emplace_back(a, b);
@@ -41,7 +42,7 @@ double Grading::at(const Vec3& x) const {
 
 double Grading::density(const Vec3& x) const {
   const double s = at(x);
-  return 1 / (s * s * s);
+  return 1 / (dimension_ == 2 ? s * s : s * s * s);
 }
 
 }  // namespace skinfield

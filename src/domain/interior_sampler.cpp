@@ -12,20 +12,39 @@
 namespace skinfield {
 namespace {
 
-constexpr int cell_depth = 6;
+constexpr int cell_depth = 6, cell_depth_in_plane = 9;
 constexpr int cell_tests = 8;
 constexpr double density_tests = 1 << 19;                             // in the whole box
 constexpr int least_density_tests = 8, most_density_tests = 1 << 14;  // of a cell
 constexpr int most_pieces = 200;                                      // of a segment
 constexpr int most_tries = 4000;
-constexpr double disk = 0.78;         // smallest distance in units of (V / N)^(1/3)
-constexpr double pool_per_point = 8;  // candidates
-constexpr double fallback = 0.9;      // of the distance, where the pool has no room left
+constexpr double disk = 0.78;           // smallest distance in units of (V / N)^(1/3)
+constexpr double disk_in_plane = 0.72;  // of (A / N)^(1/2): as full as balls then are
+constexpr double pool_per_point = 8;    // candidates
+constexpr double fallback = 0.9;        // of the distance, where the pool has no room left
+
+double power(double x, int dimension) { return dimension == 2 ? x * x : x * x * x; }
+
+double root(double x, int dimension) { return dimension == 2 ? std::sqrt(x) : std::cbrt(x); }
+
+/// Of a ball, or of a disc.
+double ball_volume(double radius, int dimension) {
+  return (dimension == 2 ? 1.0 : 4.0 / 3) * std::numbers::pi * power(radius, dimension);
+}
+
+/// Uniform in [-1,1]^d.
+Vec3 in_cube(Random& random, int dimension) {
+  const Vec3 u(random.uniform(), random.uniform(), random.uniform());
+  Vec3 x = 2 * u - Vec3::Ones();
+  if (dimension == 2) x.z() = 0;
+  return x;
+}
 
 }  // namespace
 
 struct InteriorSampler::Impl {
   const Solid& solid;
+  int dimension;
   std::vector<InteriorCell> cells;
   std::vector<double> until;  // volume of the boxes up to and with each
   double volume = 0;
@@ -36,17 +55,20 @@ struct InteriorSampler::Impl {
 };
 
 InteriorSampler::InteriorSampler(const Solid& solid, std::uint64_t seed, const Progress& progress)
-    : impl_(new Impl{solid,
-                     interior_cells(solid, cell_depth, cell_tests, seed, progress),
-                     {},
-                     0,
-                     !solid.has_dirty(),
-                     {},
-                     {},
-                     0}) {
+    : impl_(
+          new Impl{solid,
+                   solid.dimension(),
+                   interior_cells(solid, solid.dimension() == 2 ? cell_depth_in_plane : cell_depth,
+                                  cell_tests, seed, progress),
+                   {},
+                   0,
+                   !solid.has_dirty(),
+                   {},
+                   {},
+                   0}) {
   double boxes = 0;
   for (const InteriorCell& c : impl_->cells) {
-    const double box = std::pow(2 * c.half, 3);
+    const double box = power(2 * c.half, impl_->dimension);
     boxes += box;
     impl_->until.push_back(boxes);
     impl_->volume += box * c.share;
@@ -71,20 +93,21 @@ void InteriorSampler::grade(const Grading& grading, std::uint64_t seed) {
   std::vector<double> mean(d.cells.size());
   parallel_for(d.cells.size(), 32, [&](std::size_t c) {
     const InteriorCell& cell = d.cells[c];
-    const double s = grading.at(cell.centre) - grading.slope() * std::numbers::sqrt3 * cell.half;
-    d.densest[c] = std::pow(std::max(s, grading.least()), -3);
+    const double s = grading.at(cell.centre) - grading.slope() * std::sqrt(d.dimension) * cell.half;
+    d.densest[c] = 1 / power(std::max(s, grading.least()), d.dimension);
     Random random(seed, 0x60000000ull + c);
-    const int tests = std::clamp(static_cast<int>(density_tests * std::pow(2 * cell.half, 3)),
-                                 least_density_tests, most_density_tests);
+    const int tests =
+        std::clamp(static_cast<int>(density_tests * power(2 * cell.half, d.dimension)),
+                   least_density_tests, most_density_tests);
     for (int k = 0; k < tests; ++k) {
-      const Vec3 u(random.uniform(), random.uniform(), random.uniform());
-      mean[c] += grading.density(cell.centre + cell.half * (2 * u - Vec3::Ones())) / tests;
+      const Vec3 x = cell.centre + cell.half * in_cube(random, d.dimension);
+      mean[c] += grading.density(x) / tests;
     }
   });
   double sum = 0;
   d.mass = 0;
   for (std::size_t c = 0; c < d.cells.size(); ++c) {
-    const double box = std::pow(2 * d.cells[c].half, 3);
+    const double box = power(2 * d.cells[c].half, d.dimension);
     sum += box * d.densest[c];
     d.until[c] = sum;
     d.mass += box * d.cells[c].share * mean[c];
@@ -106,8 +129,7 @@ Site InteriorSampler::draw(std::uint64_t seed, std::uint64_t stream) const {
     const auto c =
         std::min(static_cast<std::size_t>(at - impl_->until.begin()), impl_->cells.size() - 1);
     const InteriorCell& cell = impl_->cells[c];
-    const Vec3 u(random.uniform(), random.uniform(), random.uniform());
-    const Vec3 x = cell.centre + cell.half * (2 * u - Vec3::Ones());
+    const Vec3 x = cell.centre + cell.half * in_cube(random, impl_->dimension);
     if (!impl_->densest.empty() && random.uniform() * impl_->densest[c] > impl_->grading.density(x))
       continue;
     site = impl_->solid.site_near(cell.site, x);
@@ -131,7 +153,8 @@ std::vector<Site> InteriorSampler::spread(const std::vector<int>& counts, std::u
   std::vector<char> used(pool.size(), 0);
   for (const int count : counts) {
     const auto wanted = static_cast<std::size_t>(count);
-    double radius = disk * std::cbrt(impl_->mass / count);
+    double radius = (impl_->dimension == 2 ? disk_in_plane : disk) *
+                    root(impl_->mass / count, impl_->dimension);
     for (int round = 0; chosen.size() < wanted && round < 40; ++round, radius *= fallback) {
       progress.check();
       DiskGrid grid(radius * impl_->grading.least(), wanted);
@@ -173,7 +196,7 @@ double InteriorSamples::density(const Vec3& x) const {
   double sum = 0;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     const auto& [a, b] = segments_[s];
-    const double radius = radius_[s], ball = 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
+    const double radius = radius_[s], ball = ball_volume(radius, solid_.dimension());
     const double length = (b - a).norm();
     const double share = std::max(length, 2 * radius) / total_;
     if (length == 0) {
@@ -206,8 +229,9 @@ std::vector<WeightedSite> InteriorSamples::draw(int count, std::uint64_t seed, s
       const auto s = std::min(static_cast<std::size_t>(at - until_.begin()), until_.size() - 1);
       const auto& [a, b] = segments_[s];
       const double t = random.uniform();
-      const Vec3 direction = random.direction();
-      const Vec3 x = a + t * (b - a) + radius_[s] * std::cbrt(random.uniform()) * direction;
+      const int dimension = solid_.dimension();
+      const Vec3 direction = random.direction(dimension);
+      const Vec3 x = a + t * (b - a) + radius_[s] * root(random.uniform(), dimension) * direction;
       const auto& pieces = pieces_[s];
       sample.site = solid_.site_near(
           pieces[static_cast<std::size_t>(t * static_cast<double>(pieces.size()))], x);

@@ -26,7 +26,7 @@ double quantile(const Vector& values, double q) {
 
 }  // namespace
 
-SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sources, double edge,
+SmoothedWinding::SmoothedWinding(const Direct& winding, const Points& sources, double edge,
                                  const Points& samples, const Vector& clean, double spacing,
                                  const Progress& progress) {
   // epsilon: wide enough to close the gaps between triangles as seen from the handles.
@@ -36,7 +36,7 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
     at_samples_ = clean;
     parallel_for(static_cast<std::size_t>(samples.rows()), 16, [&](std::size_t i) {
       const auto row = static_cast<Eigen::Index>(i);
-      at_samples_[row] += winding.smoothed(samples.row(row).transpose(), epsilon_);
+      at_samples_[row] += winding(samples.row(row).transpose(), epsilon_);
     });
   };
   for (measure();
@@ -116,7 +116,7 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
     const int k = static_cast<int>(rest / static_cast<std::size_t>(nb[1] + 1)) * block;
     std::vector<Neighbour> found;
     double distance = 0;
-    winding_[index(i, j, k)] = static_cast<float>(winding.smoothed(point(i, j, k), epsilon_));
+    winding_[index(i, j, k)] = static_cast<float>(winding(point(i, j, k), epsilon_));
     level_[index(i, j, k)] = static_cast<float>(level_near(point(i, j, k), found, distance));
   });
   // Each block fills its interior and its lower faces; the grid's upper faces are only corners of
@@ -147,7 +147,7 @@ SmoothedWinding::SmoothedWinding(const WindingNumber& winding, const Points& sou
           const std::size_t at = index(bi * block + i, bj * block + j, bk * block + k);
           const double x = double(i) / block, y = double(j) / block, z = double(k) / block;
           winding_[at] = near[b]
-                             ? static_cast<float>(winding.smoothed(
+                             ? static_cast<float>(winding(
                                    point(bi * block + i, bj * block + j, bk * block + k), epsilon_))
                              : coarse(winding_, x, y, z);
           level_[at] = coarse(level_, x, y, z);

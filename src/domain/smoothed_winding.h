@@ -3,22 +3,23 @@
 #pragma once
 
 #include "skinfield/base/progress.h"
-#include "skinfield/geometry/winding_number.h"
+#include "skinfield/base/types.h"
 
-#include <optional>
+#include <functional>
 #include <vector>
 
 namespace skinfield {
 
 class SmoothedWinding {
  public:
-  /// @param winding the dirty triangles' or points' winding number. @param sources (k,3) their
+  /// w_eps(x) without a grid, of the dirty parts.
+  using Direct = std::function<double(const Vec3& x, double epsilon)>;
+  /// @param winding of the dirty triangles, segments or points. @param sources (k,3) their
   /// centroids. @param edge their median edge length (or point distance).
   /// @param samples (s,3) handle samples. @param clean (s) clean parts' winding number there.
   /// @param spacing expected node distance.
-  SmoothedWinding(const WindingNumber& winding, const Points& sources, double edge,
-                  const Points& samples, const Vector& clean, double spacing,
-                  const Progress& progress);
+  SmoothedWinding(const Direct& winding, const Points& sources, double edge, const Points& samples,
+                  const Vector& clean, double spacing, const Progress& progress);
 
   /// w_eps at x, raised to the level near bones; 0 outside the grid.
   double at(const Vec3& x) const;

@@ -10,7 +10,7 @@
 namespace skinfield {
 namespace {
 
-constexpr std::int64_t schema = 2;  // 1 had no skeleton
+constexpr std::int64_t schema = 3;  // 1 had no skeleton, 2 no outline
 
 NpyArray from_floats(const FloatRows& rows) {
   NpyArray array;
@@ -19,6 +19,10 @@ NpyArray from_floats(const FloatRows& rows) {
   array.data.reserve(static_cast<std::size_t>(rows.size()) * sizeof(float));
   for (Eigen::Index i = 0; i < rows.size(); ++i) put_little(array.data, rows.data()[i]);
   return array;
+}
+
+NpyArray integers_of(const Segments& E) {
+  return npy_from_integers(std::vector<std::int64_t>(E.data(), E.data() + E.size()));
 }
 
 NpyArray from_points(const Points& X) { return npy_from_matrix(RowMatrix(X)); }
@@ -209,33 +213,38 @@ std::string format_sfield(const FieldFile& file) {
     setting_names.push_back(key);
     settings.push_back(value);
   }
-  NpzArrays arrays{{"schema", npy_from_integers({schema})},
-                   {"solver", npy_from_strings({s.solver})},
-                   {"progress", npy_from_integers({static_cast<std::int64_t>(s.seed >> 32),
-                                                   static_cast<std::int64_t>(s.seed & 0xffffffff),
-                                                   s.level, s.step, s.steps})},
-                   {"counts", npy_from_integers(counts)},
-                   {"neumann_radius", npy_from_vector({s.neumann_radius})},
-                   {"points", from_points(s.X)},
-                   {"parameters", from_floats(s.F)},
-                   {"first_moments", from_floats(s.first)},
-                   {"second_moments", from_floats(s.second)},
-                   {"vertices", from_points(file.shape.V)},
-                   {"normals", from_points(file.shape.N)},
-                   {"faces", npy_from_integers(faces)},
-                   {"box", npy_from_vector({file.box.origin[0], file.box.origin[1],
-                                            file.box.origin[2], file.box.scale})},
-                   {"handle_names", npy_from_strings(names)},
-                   {"segment_handles", npy_from_integers(segments)},
-                   {"segment_ends", npy_from_vector(ends)},
-                   {"region_vertices", npy_from_integers(vertices)},
-                   {"paint_index", npy_from_integers(index)},
-                   {"paint_weights", npy_from_matrix(file.paint.weights)},
-                   {"setting_names", npy_from_strings(setting_names)},
-                   {"settings", npy_from_vector(settings)},
-                   {"mirror_partner", npy_from_integers(std::vector<std::int64_t>(
-                                          file.mirror_partner.begin(), file.mirror_partner.end()))},
-                   {"mirror_plane", npy_from_vector({file.mirror_plane})}};
+  NpzArrays arrays{
+      {"schema", npy_from_integers({schema})},
+      {"solver", npy_from_strings({s.solver})},
+      {"progress", npy_from_integers({static_cast<std::int64_t>(s.seed >> 32),
+                                      static_cast<std::int64_t>(s.seed & 0xffffffff), s.level,
+                                      s.step, s.steps})},
+      {"counts", npy_from_integers(counts)},
+      {"neumann_radius", npy_from_vector({s.neumann_radius})},
+      {"points", from_points(s.X)},
+      {"parameters", from_floats(s.F)},
+      {"first_moments", from_floats(s.first)},
+      {"second_moments", from_floats(s.second)},
+      {"vertices", from_points(file.shape.V)},
+      {"normals", from_points(file.shape.N)},
+      {"faces", npy_from_integers(faces)},
+      {"outline", integers_of(file.shape.outline.E)},
+      {"outline_shapes", npy_from_integers(std::vector<std::int64_t>(
+                             file.shape.outline.shape.begin(), file.shape.outline.shape.end()))},
+      {"loose_segments", integers_of(file.shape.outline.loose)},
+      {"box", npy_from_vector(
+                  {file.box.origin[0], file.box.origin[1], file.box.origin[2], file.box.scale})},
+      {"handle_names", npy_from_strings(names)},
+      {"segment_handles", npy_from_integers(segments)},
+      {"segment_ends", npy_from_vector(ends)},
+      {"region_vertices", npy_from_integers(vertices)},
+      {"paint_index", npy_from_integers(index)},
+      {"paint_weights", npy_from_matrix(file.paint.weights)},
+      {"setting_names", npy_from_strings(setting_names)},
+      {"settings", npy_from_vector(settings)},
+      {"mirror_partner", npy_from_integers(std::vector<std::int64_t>(file.mirror_partner.begin(),
+                                                                     file.mirror_partner.end()))},
+      {"mirror_plane", npy_from_vector({file.mirror_plane})}};
   add_skeleton(file.skeleton, arrays);
   return format_npz(arrays);
 }
@@ -287,6 +296,22 @@ FieldFile parse_sfield(std::string_view bytes, const std::string& name) {
   if (faces.size() % 3 != 0) arrays.fail("\"faces\" has the wrong size");
   file.shape.F.resize(static_cast<Eigen::Index>(faces.size() / 3), 3);
   for (std::size_t k = 0; k < faces.size(); ++k) file.shape.F.data()[k] = vertex(faces[k], "faces");
+  const auto pairs = [&](const char* key) {
+    const std::vector<std::int64_t> list = arrays.integers(key);
+    if (list.size() % 2 != 0) arrays.fail(std::string("\"") + key + "\" has the wrong size");
+    Segments E(static_cast<Eigen::Index>(list.size() / 2), 2);
+    for (std::size_t k = 0; k < list.size(); ++k) E.data()[k] = vertex(list[k], key);
+    return E;
+  };
+  Outline& outline = file.shape.outline;
+  outline.E = pairs("outline");
+  outline.loose = pairs("loose_segments");
+  for (const std::int64_t shape : arrays.integers("outline_shapes")) {
+    if (shape < 0 || shape > outline.E.rows()) arrays.fail("\"outline_shapes\" is out of range");
+    outline.shape.push_back(static_cast<int>(shape));
+  }
+  if (static_cast<Eigen::Index>(outline.shape.size()) != outline.E.rows())
+    arrays.fail("\"outline_shapes\" has the wrong size");
   const RowMatrix box = arrays.matrix("box", 4, 1);
   file.box.origin = box.topRows(3);
   file.box.scale = box(3, 0);

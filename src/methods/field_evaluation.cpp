@@ -2,10 +2,12 @@
 #include "domain/kd_tree.h"
 #include "domain/point_evaluation.h"
 #include "methods/field_impl.h"
+#include "methods/field_shape.h"
 #include "skinfield/base/parallel.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace skinfield {
 namespace {
@@ -13,6 +15,7 @@ namespace {
 constexpr double nudge = 1e-5;  // into the shape, for rays; unit box
 constexpr int fill_neighbours = 8;
 constexpr int most_fills = 1000;
+constexpr int compass = 8;  // directions to look for the inside
 
 double softplus(double t) { return t > 30 ? t : std::log1p(std::exp(t)); }
 
@@ -94,6 +97,17 @@ void rescue(const GeometricField::Impl& d, const Points& V, const Triangles& F,
   }
 }
 
+/// The triangles, or an outline's and loose segments as triangles of no width: what values spread
+/// along.
+Triangles sides_of(const Mesh& mesh) {
+  if (mesh.F.rows() > 0) return mesh.F;
+  const Segments &E = mesh.outline.E, &loose = mesh.outline.loose;
+  Triangles sides(E.rows() + loose.rows(), 3);
+  sides.topRows(E.rows()) << E, E.col(1);
+  sides.bottomRows(loose.rows()) << loose, loose.col(1);
+  return sides;
+}
+
 /// Points outside, which `carried` marks, hold on to the shape's own surface.
 void carry(const GeometricField& field, const GeometricField::Impl& d, const Points& X,
            const Points& normals, const std::vector<char>& carried, RowMatrix& W,
@@ -156,6 +170,13 @@ bool GeometricField::Impl::look_from(const Vec3& x, const Vec3& normal, Site& si
     site = solid.site(x + step * normal);
     if (solid.inside(site)) return true;
   }
+  // Places on the rim of a flat shape, of which another mesh has no normals in the plane.
+  if (plane && normal.squaredNorm() == 0)
+    for (int k = 0; k < compass; ++k) {
+      const double angle = 2 * std::numbers::pi * k / compass;
+      site = solid.site(x + nudge * Vec3(std::cos(angle), std::sin(angle), 0));
+      if (solid.inside(site)) return true;
+    }
   return false;
 }
 
@@ -181,9 +202,10 @@ void GeometricField::Impl::row_without_rays(const Vec3& x, double* alpha) const 
   FieldReader(F, conditions->bound(), softplus).at(stencil, 0, alpha);
 }
 
-RowMatrix GeometricField::at(const Points& X, const Points& normals,
+RowMatrix GeometricField::at(const Points& places, const Points& given_normals,
                              std::vector<Fill>& fill) const {
   const Impl& d = *impl_;
+  const Points X = laid_points(d.plane, places), normals = laid_directions(d.plane, given_normals);
   RowMatrix W = RowMatrix::Zero(X.rows(), d.F.cols());
   fill.assign(static_cast<std::size_t>(X.rows()), Fill::none);
   std::vector<char> carried(fill.size(), 0);
@@ -204,9 +226,11 @@ RowMatrix GeometricField::at(const Points& X, const Points& normals,
   return W;
 }
 
-RowMatrix GeometricField::at_surface(const Points& V, const Triangles& F, const Points& normals,
-                                     std::vector<Fill>& fill, FieldEvaluationCounts& counts) const {
+RowMatrix GeometricField::at_surface(const Points& given, const Triangles& F,
+                                     const Points& given_normals, std::vector<Fill>& fill,
+                                     FieldEvaluationCounts& counts) const {
   const Impl& d = *impl_;
+  const Points V = laid_points(d.plane, given), normals = laid_directions(d.plane, given_normals);
   const auto n = static_cast<std::size_t>(V.rows());
   RowMatrix W = RowMatrix::Zero(V.rows(), d.F.cols());
   fill.assign(n, Fill::none);
@@ -249,7 +273,7 @@ RowMatrix GeometricField::at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts
   });
   std::vector<char> missing = open;
   for (std::size_t i = 0; i < n; ++i) missing[i] |= carried[i];
-  rescue(d, V, d.mesh.F, open, missing, W, fill, counts);
+  rescue(d, V, sides_of(d.mesh), open, missing, W, fill, counts);
   std::vector<int> wanted, holding;
   for (std::size_t i = 0; i < n; ++i)
     (carried[i] ? wanted : holding).push_back(static_cast<int>(i));
@@ -285,6 +309,9 @@ RowMatrix GeometricField::at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts
   return W;
 }
 
+bool GeometricField::inside(const Vec3& x) const {
+  return impl_->solid.inside(Vec3(laid_points(impl_->plane, x.transpose()).row(0).transpose()));
+}
 const Solid& GeometricField::solid() const { return impl_->solid; }
 const FieldConditions& GeometricField::conditions() const { return *impl_->conditions; }
 const KernelField& GeometricField::kernel() const { return *impl_->kernel; }

@@ -3,6 +3,7 @@
 
 #include "skinfield/domain/field_stencil.h"
 #include "skinfield/domain/interior_sampler.h"
+#include "skinfield/geometry/plane.h"
 #include "skinfield/methods/geometric_fields.h"
 
 #include <optional>
@@ -27,6 +28,7 @@ struct GeometricField::Impl {
   Mesh mesh;
   std::vector<Handle> handles;
   PaintedVertices paint;
+  std::optional<Plane> plane;  // of a flat shape, which is laid into z = 0
   Solid solid;
   std::optional<InteriorSampler> sampler;
   std::optional<FieldConditions> conditions;

@@ -13,6 +13,8 @@ namespace skinfield {
 namespace {
 
 constexpr int first_steps = 200, middle_steps = 30, finest_steps = 100;
+constexpr int wider = 4;  // times the passes in the plane, which has more points across
+constexpr double gain_in_plane = 2e-5;
 constexpr float dust = 1e-3f;              // of a weight: goes at each prolongation
 constexpr int held_out_one_in = 10;        // samples
 constexpr std::size_t most_probes = 2048;  // held-out samples at which the weights are watched
@@ -130,7 +132,7 @@ bool LevelSolver::solve_convex(int level, bool finest, StageClock& clock,
                                const Progress& progress) {
   const KernelField& kernel = *field_.kernel;
   const std::uint64_t stream = level_streams * static_cast<std::uint64_t>(level + 1);
-  constexpr double directions = 3;
+  const double directions = field_.solid.dimension();
   const double wanted = options_.rows_per_point * static_cast<double>(kernel.points().size()) /
                         directions * held_out_one_in / (held_out_one_in - 1);
   const std::vector<WeightedSite> samples =
@@ -153,6 +155,10 @@ bool LevelSolver::solve_convex(int level, bool finest, StageClock& clock,
   clock.lap("rows");
   ConvexOptions convex;
   convex.max_steps = level == 0 ? first_steps : finest ? finest_steps : middle_steps;
+  if (field_.solid.dimension() == 2) {
+    convex.max_steps *= wider;
+    convex.held_out_gain = gain_in_plane;
+  }
   convex.tolerance = options_.tolerance;
   convex.stop = stop;
   convex.probe = make_probe(held);
@@ -166,6 +172,7 @@ bool LevelSolver::solve_convex(int level, bool finest, StageClock& clock,
   state_.steps = stats_.iterations;
   clock.lap("minimise");
   const bool stopped = stop();
+  if (watch && !finest && !stopped) watch(field_.F);
   if (finest || stopped) {
     certify(rows, field_.conditions->bound(), field_.F, stats_, progress);
     facts_.rows = rows.rows();

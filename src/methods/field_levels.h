@@ -18,6 +18,8 @@ class LevelSolver {
 
   /// Asked before every step.
   std::function<bool()> stop;
+  /// Told the parameters now and then (adam, adam_pool), and at the end of each level; or empty.
+  std::function<void(const FloatRows&)> watch;
 
   /// The field gets these points; their parameters come from the level before by its regression.
   void enter(int level, std::vector<Site> points, const Progress& progress);

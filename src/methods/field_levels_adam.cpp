@@ -10,10 +10,14 @@
 namespace skinfield {
 namespace {
 
-constexpr int fresh_steps = 1500;                                       // a level: 6,000 in all
-constexpr std::array<int, 6> pool_steps{800, 500, 400, 300, 200, 200};  // 2,400 in all
+constexpr int fresh_steps = 6000;                                       // over all levels, alike
+constexpr std::array<int, 6> pool_steps{800, 500, 400, 300, 200, 200};  // over its own six
+constexpr int all_pool_steps = 2400;
 constexpr double first_rate = 0.2, last_rate = 0.2 / 27;  // divided by 3 at three doublings
-constexpr double pool_per_point = 2;                      // rows of the pool
+constexpr int samples_in_space = 1 << 11, samples_in_plane = 1 << 12;  // M
+constexpr int rates = 4;
+constexpr int watched_every = 50;
+constexpr double pool_per_point = 2;  // rows of the pool
 constexpr double small_pool_per_point = 16;
 constexpr int small_pool = 1 << 16;
 constexpr int judged = 1 << 12;  // samples for the reported energy
@@ -30,7 +34,8 @@ void make_samples(const KernelField& kernel, const FieldConditions& conditions,
   parallel_for(drawn.size(), 32, [&](std::size_t i) {
     if ((i & 31) == 0) progress.check();
     const Site& site = drawn[i].site;
-    const Vec3 v = Random(seed, stream + level_streams / 2 + i).direction();
+    const Vec3 v =
+        Random(seed, stream + level_streams / 2 + i).direction(kernel.solid().dimension());
     FieldSample& sample = samples[i];
     sample.h = h * kernel.grading().at(site.x);
     const std::array<Vec3, 3> wanted{site.x, site.x + sample.h * v, site.x - sample.h * v};
@@ -58,6 +63,19 @@ void make_samples(const KernelField& kernel, const FieldConditions& conditions,
   });
 }
 
+std::int64_t steps_of_level(bool pooled, std::size_t level, std::size_t levels) {
+  if (pooled && levels == pool_steps.size()) return pool_steps[level];
+  return (pooled ? all_pool_steps : fresh_steps) / static_cast<std::int64_t>(levels);
+}
+
+/// Falls with the levels; where there is but one, after equal shares of its steps.
+double rate_at(std::size_t level, std::size_t levels, std::int64_t step, std::int64_t steps) {
+  const double share =
+      levels > 1 ? static_cast<double>(level) / static_cast<double>(levels - 1)
+                 : static_cast<double>(step * rates / steps) / static_cast<double>(rates - 1);
+  return first_rate * std::pow(last_rate / first_rate, share);
+}
+
 }  // namespace
 
 bool LevelSolver::solve_adam(int level, bool finest, StageClock& clock, const Progress& progress) {
@@ -79,14 +97,11 @@ bool LevelSolver::solve_adam(int level, bool finest, StageClock& clock, const Pr
     make_samples(kernel, conditions, drawn, h, state_.seed, stream, true, pool, progress);
     clock.lap("rows");
   }
-  const int batch = std::clamp(options_.samples_per_step, 1, 1 << 20);
-  const double progress_of_levels =
-      static_cast<double>(level) /
-      std::max<double>(1, static_cast<double>(state_.counts.size()) - 1);
-  const double rate = first_rate * std::pow(last_rate / first_rate, progress_of_levels);
-  const std::int64_t steps =
-      pooled ? pool_steps[std::min(static_cast<std::size_t>(level), pool_steps.size() - 1)]
-             : fresh_steps;
+  const int own = field_.solid.dimension() == 2 ? samples_in_plane : samples_in_space;
+  const int wanted = options_.samples_per_step > 0 ? options_.samples_per_step : own;
+  const int batch = std::clamp(wanted, 1, 1 << 20);
+  const std::size_t levels = state_.counts.size();
+  const std::int64_t steps = steps_of_level(pooled, static_cast<std::size_t>(level), levels);
   std::vector<FieldSample> fresh;
   std::vector<const FieldSample*> chosen;
   bool stopped = false;
@@ -106,8 +121,10 @@ bool LevelSolver::solve_adam(int level, bool finest, StageClock& clock, const Pr
       for (const FieldSample& sample : fresh) chosen.push_back(&sample);
     }
     ++state_.steps;
+    const double rate = rate_at(static_cast<std::size_t>(level), levels, state_.step, steps);
     adam.step(chosen, rate, state_.steps);
     stats_.iterations = static_cast<int>(state_.steps);
+    if (watch && state_.steps % watched_every == 0) watch(adam.parameters());
     progress("adam", static_cast<double>(state_.step) / static_cast<double>(steps));
   }
   field_.F = adam.parameters();

@@ -13,8 +13,8 @@
 namespace skinfield {
 namespace {
 
-constexpr int directions = 3;
-constexpr int tile_samples = kTileRows / directions;
+constexpr int most_directions = 3;
+constexpr int most_samples = kTileRows / 2;  // of a tile, in the plane
 constexpr std::size_t chunks = 16;  // partial gradients; depends on nothing, so neither do results
 
 /// One bit a column: is the row nonzero there?
@@ -41,7 +41,11 @@ class ColumnMasks {
 
 }  // namespace
 
-std::array<Vec3, 3> random_frame(Random& random) {
+std::array<Vec3, 3> random_frame(Random& random, int dimension) {
+  if (dimension == 2) {
+    const Vec3 a = random.direction(2);
+    return {a, Vec3(-a.y(), a.x(), 0), Vec3::UnitZ()};
+  }
   const Vec3 a = random.direction();
   const Vec3 u = a.unitOrthogonal(), v = a.cross(u);
   const double angle = 2 * std::numbers::pi * random.uniform();
@@ -56,7 +60,10 @@ double winding_weight(double winding, double low, double high) {
 FieldRows::FieldRows(const KernelField& field, const FieldConditions& conditions,
                      std::span<const WeightedSite> samples, double h, int columns,
                      std::uint64_t seed, std::uint64_t stream, const Progress& progress)
-    : points_(static_cast<Eigen::Index>(field.points().size())), columns_(columns) {
+    : points_(static_cast<Eigen::Index>(field.points().size())),
+      columns_(columns),
+      directions_(field.solid().dimension()) {
+  const auto tile_samples = static_cast<std::size_t>(kTileRows / directions_);
   Points Y(static_cast<Eigen::Index>(samples.size()), 3);
   for (std::size_t i = 0; i < samples.size(); ++i)
     Y.row(static_cast<Eigen::Index>(i)) = samples[i].site.x.transpose();
@@ -67,12 +74,12 @@ FieldRows::FieldRows(const KernelField& field, const FieldConditions& conditions
   parallel_for(count, 8, [&](std::size_t t) {
     if ((t & 7) == 0) progress.check();
     const std::size_t begin = t * tile_samples;
-    const std::size_t n = std::min<std::size_t>(tile_samples, samples.size() - begin);
+    const std::size_t n = std::min(tile_samples, samples.size() - begin);
     fill(field, conditions, samples, std::span(order).subspan(begin, n), h, seed, stream, tiles_[t],
          blind[t]);
   });
   blind_ = std::accumulate(blind.begin(), blind.end(), std::int64_t{0});
-  rows_ = directions * (static_cast<std::int64_t>(samples.size()) - blind_);
+  rows_ = directions_ * (static_cast<std::int64_t>(samples.size()) - blind_);
 }
 
 void FieldRows::fill(const KernelField& field, const FieldConditions& conditions,
@@ -81,22 +88,24 @@ void FieldRows::fill(const KernelField& field, const FieldConditions& conditions
                      std::int64_t& blind) const {
   thread_local std::vector<FieldStencil> stencils;
   thread_local std::vector<std::int32_t> local;
-  stencils.resize(tile_samples);
+  stencils.resize(most_samples);
   local.resize(std::max(local.size(), static_cast<std::size_t>(points_)));
-  std::array<char, tile_samples> sees{};
-  std::array<double, tile_samples> step{};
+  std::array<char, most_samples> sees{};
+  std::array<double, most_samples> step{};
+  const auto directions = static_cast<std::size_t>(directions_);
   for (std::size_t s = 0; s < order.size(); ++s) {
     const WeightedSite& sample = samples[static_cast<std::size_t>(order[s])];
     Random random(seed, stream + static_cast<std::uint64_t>(order[s]));
-    const std::array<Vec3, 3> frame = random_frame(random);
-    std::array<Vec3, 1 + 2 * directions> place;
+    const std::array<Vec3, 3> frame = random_frame(random, directions_);
+    std::array<Vec3, 1 + 2 * most_directions> place;
     place[0] = sample.site.x;
     step[s] = h * field.grading().at(sample.site.x);
     for (std::size_t d = 0; d < directions; ++d) {
       place[1 + 2 * d] = sample.site.x + step[s] * frame[d];
       place[2 + 2 * d] = sample.site.x - step[s] * frame[d];
     }
-    sees[s] = make_stencil(field, conditions, sample.site, place, stencils[s]);
+    sees[s] = make_stencil(field, conditions, sample.site,
+                           std::span(place).first(1 + 2 * directions), stencils[s]);
     if (!sees[s]) {
       ++blind;
       continue;
@@ -116,10 +125,10 @@ void FieldRows::fill(const KernelField& field, const FieldConditions& conditions
     if (!sees[s]) continue;
     const FieldStencil& st = stencils[s];
     const double weight = samples[static_cast<std::size_t>(order[s])].weight;
-    const double scale = std::sqrt(weight / directions) / (step[s] * step[s]);
-    for (int d = 0; d < directions; ++d) {
+    const double scale = std::sqrt(weight / directions_) / (step[s] * step[s]);
+    for (int d = 0; d < directions_; ++d) {
       // Equation 13; with equation 9 every place is a blend of two.
-      const int row = static_cast<int>(s) * directions + d;
+      const int row = static_cast<int>(s) * directions_ + d;
       mixed.assign(st.node.size(), 0.0f);
       const auto add = [&](int q, double c) {
         const Prescribed& p = st.place[static_cast<std::size_t>(q)];

@@ -12,14 +12,15 @@
 
 namespace skinfield {
 
-/// Three orthonormal directions, each uniform on the sphere (equation 13's v; three at a sample
-/// share its rays).
-std::array<Vec3, 3> random_frame(Random& random);
+/// Three orthonormal directions, each uniform on the sphere (equation 13's v; those of a sample
+/// share its rays). In the plane the first two, uniform on the circle.
+std::array<Vec3, 3> random_frame(Random& random, int dimension = 3);
 
 /// Equation 11 for a winding number of 1 inside, clipped to [0,1].
 double winding_weight(double winding, double low, double high);
 
-/// Samples grouped by place into blocks of 24 rows: dense over the points that they use.
+/// Samples grouped by place into blocks of 24 rows, as many a sample as there are dimensions: dense
+/// over the points that they use.
 class FieldRows {
  public:
   /// @param samples with weights that already hold equation 11's factor. @param h the
@@ -58,7 +59,7 @@ class FieldRows {
             std::uint64_t seed, std::uint64_t stream, Tile& tile, std::int64_t& blind) const;
 
   Eigen::Index points_ = 0;
-  int columns_ = 0;
+  int columns_ = 0, directions_ = 3;
   std::int64_t rows_ = 0, blind_ = 0;
   std::vector<Tile> tiles_;
 };

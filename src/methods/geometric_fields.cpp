@@ -3,9 +3,10 @@
 #include "domain/inside_check.h"
 #include "domain/stage_clock.h"
 #include "methods/field_impl.h"
+#include "methods/field_judge.h"
 #include "methods/field_levels.h"
+#include "methods/field_shape.h"
 #include "skinfield/base/parallel.h"
-#include "skinfield/domain/point_domain.h"
 
 #include <algorithm>
 #include <chrono>
@@ -14,65 +15,40 @@
 namespace skinfield {
 namespace {
 
-constexpr int coarsest_convex = 1 << 10;
+constexpr int fewest_points = 16;
+// Far from handles what is coarse settles; in the plane, which is wider, from fewer points on.
+constexpr int coarsest_convex = 1 << 10, coarsest_convex_in_plane = 1 << 7;
 constexpr int convex_growth = 4;
-constexpr int paper_first = 1 << 13;  // points of the paper's first level in 3D
+constexpr int paper_first = 1 << 13, paper_first_in_plane = 1 << 11;  // points of its first level
 constexpr int paper_doublings = 3;
 constexpr int pool_doublings = 5;     // what is far from handles settles while points are few
 constexpr double radius_share = 0.5;  // condition radii in units of sigma (appendix A)
-constexpr double probe_depth = 1e-3;  // of painted places, into the shape; unit box
 constexpr double graded_narrowest = 0.25, least_narrowest = 0.05;
 constexpr int grading_places = 1000;  // in the shape, for the typical length of bones there
-constexpr double volume_share = 0.1;  // of their box that shapes fill, about
-
-int wanted_points(const GeometricFieldsOptions& options) {
-  if (options.points > 0) return std::max(options.points, 16);
-  return options.solver == GeometricFieldsOptions::Solver::convex ? 1 << 14 : 1 << 16;
-}
 
 double narrowest_kernel(const GeometricFieldsOptions& options) {
   if (options.narrowest > 0) return std::clamp(options.narrowest, least_narrowest, 1.0);
   return options.solver == GeometricFieldsOptions::Solver::convex ? graded_narrowest : 1;
 }
 
-Solid make_solid(const Mesh& mesh, const std::vector<Handle>& handles, const PaintedVertices& paint,
-                 const GeometricFieldsOptions& options, const Progress& progress) {
-  if (mesh.V.rows() == 0) throw DomainError("the mesh has no vertices");
-  const Box3 box = bounding_box(mesh.V);
-  const Eigen::RowVector3d side = box.row(1) - box.row(0);
-  // Painted places say like handles where inside is, and that their part is no passenger.
-  const Points along = probe_handles(handles, 0.005), regions = probe_regions(mesh, handles);
-  const Eigen::Index first = along.rows() + regions.rows();
-  const auto painted = static_cast<Eigen::Index>(paint.vertex.size());
-  Points probes(first + painted, 3);
-  probes.topRows(first) << along, regions;
-  const Points normals = mesh.is_point_cloud() ? mesh.N : vertex_normals(mesh.V, mesh.F);
-  for (Eigen::Index k = 0; k < painted; ++k) {
-    const int v = paint.vertex[static_cast<std::size_t>(k)];
-    if (v < 0 || v >= mesh.V.rows())
-      throw InputError("painted vertex " + std::to_string(v) + " does not exist");
-    probes.row(first + k) = mesh.V.row(v);
-    if (normals.rows() > 0) probes.row(first + k) -= probe_depth * normals.row(v);
-  }
-  return Solid(
-      mesh, probes,
-      {.spacing = std::cbrt(volume_share * std::max(side.prod(), 1e-6) / wanted_points(options)),
-       .visibility = options.visibility,
-       .inside_from = options.winding_low},
-      progress);
-}
-
-/// Coarse to fine, doubling up to the wanted number.
-std::vector<int> level_counts(const GeometricFieldsOptions& options) {
-  const int finest = wanted_points(options);
+/// Coarse to fine, up to the wanted number.
+std::vector<int> level_counts(const GeometricFieldsOptions& options, int dimension) {
+  const int finest = wanted_points(options, dimension);
   std::vector<int> counts{finest};
   if (options.solver == GeometricFieldsOptions::Solver::convex) {
-    while (counts.back() / convex_growth >= coarsest_convex)
-      counts.push_back(counts.back() / convex_growth);
+    const auto more = [&] {
+      return options.levels > 0 ? static_cast<int>(counts.size()) < options.levels
+                                : counts.back() / convex_growth >=
+                                      (dimension == 2 ? coarsest_convex_in_plane : coarsest_convex);
+    };
+    while (more()) counts.push_back(std::max(counts.back() / convex_growth, fewest_points));
   } else {
     const bool pooled = options.solver == GeometricFieldsOptions::Solver::adam_pool;
-    const int doublings = pooled ? pool_doublings : paper_doublings;
-    for (int k = 0; k < doublings; ++k) counts.push_back(std::max(counts.back() / 2, 16));
+    const int doublings = options.levels > 0 ? options.levels - 1
+                          : pooled           ? pool_doublings
+                                             : paper_doublings;
+    for (int k = 0; k < doublings; ++k)
+      counts.push_back(std::max(counts.back() / 2, fewest_points));
   }
   std::reverse(counts.begin(), counts.end());
   return counts;
@@ -139,7 +115,8 @@ void apply_settings(const std::vector<std::pair<std::string, double>>& settings,
     if (name == "solver" && whole >= 0 && whole <= 2)
       o.solver = static_cast<Options::Solver>(whole);
     if (name == "boundary") o.boundary = static_cast<Options::Boundary>(whole == 1);
-    if (name == "visibility") o.visibility = static_cast<SolidOptions::Visibility>(whole == 1);
+    if (name == "visibility" && whole >= 0 && whole <= 2)
+      o.visibility = static_cast<SolidOptions::Visibility>(whole);
     if (name == "kernel") o.kernel.kernel = static_cast<KernelFieldOptions::Kernel>(whole == 1);
     if (name == "kernel_neighbour") o.kernel.neighbour = std::clamp(whole, 1, 64);
     if (name == "kernel_width" && value > 0) o.kernel.width = value;
@@ -150,17 +127,22 @@ void apply_settings(const std::vector<std::pair<std::string, double>>& settings,
     if (name == "winding_low") o.winding_low = value;
     if (name == "winding_high") o.winding_high = value;
     if (name == "narrowest" && value >= 0) o.narrowest = value;
-    if (name == "samples_per_step" && whole > 0) o.samples_per_step = whole;
+    if (name == "samples_per_step" && whole >= 0) o.samples_per_step = whole;
   }
 }
 
 GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& handles,
                                const PaintedVertices& paint, const GeometricFieldsOptions& options,
                                const Progress& progress)
-    : impl_(new Impl{mesh,
-                     handles,
+    : GeometricField(LaidShape(mesh, handles), paint, options, progress) {}
+
+GeometricField::GeometricField(const LaidShape& shape, const PaintedVertices& paint,
+                               const GeometricFieldsOptions& options, const Progress& progress)
+    : impl_(new Impl{shape.mesh,
+                     shape.handles,
                      paint,
-                     make_solid(mesh, handles, paint, options, progress),
+                     shape.plane,
+                     make_field_solid(shape, paint, options, progress),
                      {},
                      {},
                      {},
@@ -168,7 +150,7 @@ GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& hand
                      false}) {
   check_has_inside(impl_->solid, impl_->mesh);
   impl_->softplus = options.solver != GeometricFieldsOptions::Solver::convex;
-  impl_->conditions.emplace(impl_->solid, impl_->mesh, handles, paint,
+  impl_->conditions.emplace(impl_->solid, impl_->mesh, impl_->handles, paint,
                             options.boundary == GeometricFieldsOptions::Boundary::neumann);
   const std::vector<char>& bound = impl_->conditions->bound();
   if (std::find(bound.begin(), bound.end(), 1) == bound.end())
@@ -179,7 +161,8 @@ GeometricField::GeometricField(const Mesh& mesh, const std::vector<Handle>& hand
     for (Eigen::Index i = 0; i < places.rows(); ++i)
       places.row(i) =
           impl_->sampler->draw(options.seed, 0x70000000ull + static_cast<std::uint64_t>(i)).x;
-    impl_->sampler->grade({impl_->conditions->segments(), places, narrowest}, options.seed);
+    impl_->sampler->grade(
+        {impl_->conditions->segments(), places, narrowest, impl_->solid.dimension()}, options.seed);
   }
 }
 
@@ -215,7 +198,7 @@ GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handl
   FieldState& state = result.state;
   state.solver = name_of(options.solver);
   state.seed = options.seed;
-  state.counts = level_counts(options);
+  state.counts = level_counts(options, field.solid.dimension());
   if (resume) {
     if (!resume->counts.empty()) state.counts = resume->counts;
     check_resumable(*resume, state.solver.c_str(),
@@ -237,6 +220,17 @@ GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handl
     return options.time_limit_s > 0 &&
            std::chrono::duration<double>(Clock::now() - start).count() > options.time_limit_s;
   };
+  std::optional<FieldJudge> judge;
+  if (options.judged_step > 0) {
+    judge.emplace(field, options, progress);
+    solver.watch = [&](const FloatRows& F) {
+      std::vector<JudgedEnergy>& judged = result.facts.judged;
+      if (judged.empty() || judged.back().iteration != state.steps) judged.emplace_back();
+      judged.back() = {state.steps, static_cast<std::int64_t>(field.kernel->points().size()),
+                       judge->energy(F, progress)};
+    };
+    clock.lap("judge");
+  }
   const int first_level = state.level;
   for (int level = first_level; level < static_cast<int>(state.counts.size()); ++level) {
     progress("level", static_cast<double>(level) / static_cast<double>(state.counts.size()));
@@ -251,17 +245,21 @@ GeometricFieldsResult geometric_fields(const Mesh& mesh, const std::vector<Handl
     // Neumann's radius stays what it is on the paper's first level.
     const KernelField& kernel = *field.kernel;
     if (!(state.neumann_radius > 0)) {
-      const double ratio = std::cbrt(static_cast<double>(kernel.points().size()) / paper_first);
+      const auto count = static_cast<double>(kernel.points().size());
+      const double ratio = field.solid.dimension() == 2 ? std::sqrt(count / paper_first_in_plane)
+                                                        : std::cbrt(count / paper_first);
       state.neumann_radius = radius_share * kernel.sigma() * std::min(1.0, ratio);
     }
     result.facts.radii = radii_of(kernel, options, state);
     field.conditions->set_radii(result.facts.radii, field.sampler->grading());
+    if (judge) judge->look(progress);
     const bool finest = level + 1 == static_cast<int>(state.counts.size());
     if (!solver.solve(level, finest, clock, progress)) break;
   }
   result.facts.sigma = field.kernel->sigma();
   result.facts.volume = field.sampler->volume();
   solver.settle_unreached(progress);
+  if (judge) solver.watch(field.F);
   state.F = field.F;
   state.X.resize(static_cast<Eigen::Index>(field.kernel->points().size()), 3);
   for (Eigen::Index i = 0; i < state.X.rows(); ++i)

@@ -28,10 +28,7 @@ TEST(FieldStage, ShapesWithAnInsideCarryTheField) {
 
 TEST(FieldStage, ShapesWithoutAnInsideLiveOnTheirSurface) {
   const std::vector<std::pair<Mesh, std::vector<Handle>>> shapes{
-      {flat_strip(), three_along_x()},
-      {flat_strip(), three_along_x(0, 0.05)},
-      {moebius_strip(60), ring_of_bones()},
-      {bar(), three_along_x(0.5, 0.1)}};
+      {moebius_strip(60), ring_of_bones()}, {bar(), three_along_x(0.5, 0.1)}};
   for (const auto& [mesh, bones] : shapes) {
     const Character c = character(mesh, bones);
     const BindResult result = bound(c, field());
@@ -75,7 +72,7 @@ TEST(FieldStage, PaintHoldsOnTheSurface) {
 TEST(FieldStage, AFieldThatIsToBeSavedMustExist) {
   BindOptions options = field();
   options.keep_field = true;
-  EXPECT_THROW(bind(character(flat_strip(), three_along_x()), options), DomainError);
+  EXPECT_THROW(bind(character(moebius_strip(60), ring_of_bones()), options), DomainError);
 }
 
 TEST(FieldStage, SavedFieldsAreTheSameFunction) {

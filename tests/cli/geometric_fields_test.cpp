@@ -6,6 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstdio>
+#include <sstream>
+
 namespace skinfield_test {
 namespace {
 
@@ -91,13 +94,19 @@ TEST(GeometricFieldsVerb, SavedFieldsAreTransferred) {
   expect_runs(folder, {"transfer", "gecko.sfield", "fine.glb", "-o", "again.npz"});
   EXPECT_LT(compare(read_weights(folder / "again.npz"), read_weights(folder / "fine.npz")).mean,
             1e-9);
-  const RunResult to_coarse =
-      expect_runs(folder, {"transfer", "gecko.sfield", "coarse.glb", "-o", "lod.npz", "--json"});
+  const RunResult to_coarse = expect_runs(folder, {"transfer", "gecko.sfield", "coarse.glb", "-o",
+                                                   "lod.npz", "--json", "--report", "lod.json"});
   const SkinWeights carried = read_weights(folder / "lod.npz"),
                     bound = read_weights(folder / "coarse.npz");
   EXPECT_LT(compare(carried, bound).mean, 0.05) << "the levels are of one shape";
   EXPECT_EQ(carried.names, bound.names);
-  const Json counts = Json::parse(to_coarse.out)["field_vertices"];
+  const Json report = Json::parse(to_coarse.out);
+  EXPECT_EQ(Json::parse(read_file(folder / "lod.json")), report);
+  EXPECT_EQ(report["weights"]["rows"], bound.W.rows());
+  EXPECT_EQ(report["weights"]["negative"], 0);
+  EXPECT_LT(report["weights"]["row_sum_error"], 1e-9);
+  EXPECT_GT(report["peak_memory_bytes"], 0);
+  const Json counts = report["field_vertices"];
   const auto all = counts["seen"].get<int>() + counts["flood_filled"].get<int>() +
                    counts["without_rays"].get<int>() + counts["passengers"].get<int>();
   EXPECT_GT(counts["seen"], 0);
@@ -128,26 +137,116 @@ TEST(GeometricFieldsVerb, ATransferredFieldRigsAnObj) {
       1e-6);
   expect_refused(folder, {"transfer", "box.sfield", "box.obj", "--nodes", "99", "-o", "out.glb"}, 2,
                  {"--nodes", "box.sfield"});
+  expect_refused(folder,
+                 {"transfer", "box.sfield", "box.obj", "-o", "out.glb", "--report", "out.glb"}, 2,
+                 {"out.glb"});
   write_file(folder / "bad.sfield", "no field");
   expect_refused(folder, {"transfer", "bad.sfield", "box.obj", "-o", "out.glb"}, 3, {"bad.sfield"});
 }
 
 TEST(GeometricFieldsVerb, WithoutAnInsideTheSurfaceStandsIn) {
   const BoxFolder folder;
-  write_file(folder / "flat.obj",
-             "v 0 0 0\nv 2 0 0\nv 4 0 0\nv 0 1 0\nv 2 1 0\nv 4 1 0\n"
+  write_file(folder / "sheet.obj",
+             "v 0 0 0\nv 2 0 0.2\nv 4 0 0\nv 0 1 0\nv 2 1 0.2\nv 4 1 0\n"
              "f 1 2 5 4\nf 2 3 6 5\n");
   auto flat = field_of_box({"--json"});
-  flat[1] = "flat.obj";
+  flat[1] = "sheet.obj";
   const Json report = Json::parse(expect_runs(folder, flat).out);
   EXPECT_EQ(report["domain"]["rung"], "surface");
   EXPECT_EQ(report["domain"]["kind"], "tris");
   EXPECT_FALSE(report["warnings"].empty());
   EXPECT_GT(weights(folder)(0, 0), 0.5);
   flat = field_of_box({"--save-field", "a.sfield"});
-  flat[1] = "flat.obj";
+  flat[1] = "sheet.obj";
   flat[7] = "out.glb";
-  expect_refused(folder, flat, 4, {"flat.obj", "no inside", "--save-field"});
+  expect_refused(folder, flat, 4, {"sheet.obj", "inside", "--save-field"});
+}
+
+TEST(GeometricFieldsVerb, FlatShapesHaveFieldsOfTheirArea) {
+  const BoxFolder folder;
+  // A comb of two prongs, as an outline, and the outline with two sides missing.
+  write_file(folder / "comb.obj",
+             "v 0 0 0\nv 1 0 0\nv 4 0 0\nv 4 .45 0\nv 1 .45 0\nv 1 .55 0\nv 4 .55 0\nv 4 1 0\n"
+             "v 1 1 0\nv 0 1 0\nl 1 2 3 4 5 6 7 8 9 10 1\n");
+  write_file(folder / "soup.obj",
+             "v 0 0 0\nv 1 0 0\nv 4 0 0\nv 4 .45 0\nv 1 .45 0\nv 1 .55 0\nv 4 .55 0\nv 4 1 0\n"
+             "v 1 1 0\nv 0 1 0\nl 2 3 4\nl 4 5 6 7\nl 8 9 10 1\n");
+  write_file(folder / "comb.tgf", "1 1.2 .2 0\n2 3.8 .2 0\n3 1.2 .8 0\n4 3.8 .8 0\n#\n1 2\n3 4\n");
+  for (const char* file : {"comb.obj", "soup.obj"}) {
+    auto all =
+        field_of_box({"--nodes", "1500", "--seed", "2", "--save-field", "comb.sfield", "--json"});
+    all[1] = file;
+    all[3] = "comb.tgf";
+    std::erase(all, "--quiet");
+    const RunResult result = expect_runs(folder, all);
+    EXPECT_EQ(result.err.find("--seed"), std::string::npos) << result.err;
+    const Json report = Json::parse(result.out);
+    EXPECT_EQ(report["domain"]["kind"], "field");
+    EXPECT_EQ(report["domain"]["rung"], "surface");
+    const RowMatrix W = weights(folder);
+    ASSERT_EQ(W.rows(), 10);
+    EXPECT_GT(W(2, 0), 0.9);
+    EXPECT_GT(W(7, 1), 0.9);
+    expect_runs(folder, {"transfer", "comb.sfield", "comb.obj", "-o", "again.npz"});
+    const RowMatrix again(read_weights(folder / "again.npz").W);
+    EXPECT_LT((again - W).cwiseAbs().rowwise().sum().mean(), 0.1) << file;
+  }
+}
+
+TEST(GeometricFieldsVerb, ParametersForComparisons) {
+  const BoxFolder folder;
+  const auto report = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--nodes", "600", "--json"});
+    return Json::parse(expect_runs(folder, field_of_box(more)).out);
+  };
+  const Json own = report({});
+  EXPECT_FALSE(own["solve"].contains("judged"));
+  EXPECT_EQ(own["options"]["visibility"], "counted");
+  const RowMatrix W = weights(folder);
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{"--kernel-width", "2"},
+                                             {"--difference-step", "0.25"},
+                                             {"--rows-per-point", "3"},
+                                             {"--levels", "3"}}) {
+    report(more);
+    EXPECT_GT((weights(folder) - W).cwiseAbs().maxCoeff(), 1e-6) << more[0];
+  }
+  const std::vector<std::string> adam{"--solver", "adam", "--iterations", "5"};
+  auto fewer = adam;
+  fewer.insert(fewer.end(), {"--samples-per-step", "16"});
+  report(adam);
+  const RowMatrix by_adam = weights(folder);
+  report(fewer);
+  EXPECT_GT((weights(folder) - by_adam).cwiseAbs().maxCoeff(), 1e-6);
+  report({"--visibility", "counted"});
+  EXPECT_EQ(weights(folder), W);
+  report({"--visibility", "none"});
+  EXPECT_LT((weights(folder) - W).cwiseAbs().maxCoeff(), 1e-6) << "a box has nothing in its way";
+  const Json judged = report({"--levels", "2", "--judge-step", "0.02"})["solve"]["judged"];
+  ASSERT_EQ(judged["rows"].size(), 2u);
+  EXPECT_LT(judged["rows"][0][1], judged["rows"][1][1]) << "points";
+  EXPECT_EQ(judged["rows"][1][2], judged["energy"]);
+  // Twice the size: an integral of squared second derivatives halves.
+  std::istringstream box(box_obj());
+  std::string large, line;
+  double x, y, z;
+  while (std::getline(box, line))
+    large += (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3
+                  ? "v " + std::to_string(2 * x) + " " + std::to_string(2 * y) + " " +
+                        std::to_string(2 * z)
+                  : line) +
+             "\n";
+  write_file(folder / "large.obj", large);
+  write_file(folder / "large.tgf", "1 1 1 1\n2 4 1 1\n3 7 1 1\n#\n1 2\n2 3\n");
+  const Json small = report({"--judge-step", "0.02"})["solve"];
+  auto all = field_of_box({"--nodes", "600", "--judge-step", "0.02", "--json"});
+  all[1] = "large.obj", all[3] = "large.tgf";
+  const Json twice = Json::parse(expect_runs(folder, all).out)["solve"];
+  const auto halves = [](const Json& from, const Json& to) {
+    EXPECT_NEAR(2 * to.get<double>(), from.get<double>(), 1e-2 * from.get<double>());
+  };
+  halves(small["judged"]["energy"], twice["judged"]["energy"]);
+  halves(small["energy"], twice["energy"]);
 }
 
 TEST(GeometricFieldsVerb, SaysWhatDoesNotFit) {
@@ -165,6 +264,13 @@ TEST(GeometricFieldsVerb, SaysWhatDoesNotFit) {
     expect_refused(folder, all, code, words);
   };
   refused({"--resume", "a.sfield", "--nodes", "100"}, 2, {"--nodes", "--resume"});
+  refused({"--resume", "a.sfield", "--visibility", "none"}, 2, {"--visibility", "--resume"});
+  refused({"--solver", "adam", "--rows-per-point", "6"}, 2, {"--rows-per-point", "convex"});
+  refused({"--samples-per-step", "64"}, 2, {"--samples-per-step", "adam"});
+  refused({"--levels", "0"}, 2, {"--levels"});
+  expect_refused(
+      folder, {"bind", "box.obj", "--skeleton", "box.tgf", "--kernel-width", "2", "-o", "out.glb"},
+      2, {"--kernel-width", "bbw", "geometric field"});
   refused({"--resume", "none.sfield"}, 3, {"none.sfield"});
   refused({"--save-field", "a.npz"}, 2, {"a.npz", ".sfield"});
   refused({"--domain", "points"}, 2, {"domain of its own"});

@@ -144,6 +144,27 @@ TEST(KernelField, AnyHitCutsWhatTheCountingRuleJoins) {
   EXPECT_FALSE(paper.inside(outside));
 }
 
+TEST(KernelField, WithoutVisibilityNothingBlocks) {
+  const double gap = 0.02;
+  const Mesh fork = fork_mesh(gap);
+  SolidOptions open;
+  open.visibility = SolidOptions::Visibility::none;
+  const Points handles = samples_of(fork_bones(gap));
+  const Solid solid(fork, handles), unmasked(fork, handles, open);
+  // Across the gap, and what is inside stays what it was.
+  const Vec3 a(0.1 - gap, 0.7, 0.05), b(0.1 + 2 * gap, 0.7, 0.05),
+      between(0.1 + 0.5 * gap, 0.7, 0.05);
+  EXPECT_TRUE(solid.blocked(solid.site(a), solid.site(b)));
+  EXPECT_FALSE(unmasked.blocked(unmasked.site(a), unmasked.site(b)));
+  for (const Vec3& x : {a, b, between}) EXPECT_EQ(solid.inside(x), unmasked.inside(x));
+  double t = 1;
+  unsigned char hit = 1;
+  const Vec3 direction = Vec3::UnitX();
+  unmasked.reach(unmasked.site(a), {&direction, 1}, {&t, 1}, {&hit, 1});
+  EXPECT_EQ(t, 1);
+  EXPECT_EQ(hit, 0);
+}
+
 TEST(KernelField, TheSameForPointsInAnyOrder) {
   std::vector<Site> points = ball().field.points();
   std::reverse(points.begin(), points.end());

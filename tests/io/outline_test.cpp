@@ -33,16 +33,24 @@ TEST(Outline, CornersAtOnePlaceAreOne) {
 TEST(Outline, OpenEndsGoWithAWarning) {
   const Asset tail = read(kSquare + "v 2 2 0\nl 1 2 3 4 1\nl 3 5\n");
   EXPECT_EQ(mesh_of(tail).outline.E.rows(), 4);
+  EXPECT_EQ(mesh_of(tail).outline.loose.rows(), 1);
   EXPECT_EQ(tail.warnings.size(), 1u);
   const Asset open = read(kSquare + "l 1 2 3 4\n");
   EXPECT_TRUE(mesh_of(open).is_point_cloud());
   EXPECT_EQ(open.warnings.size(), 1u);
+  // As it was drawn: what is left of it is inside.
+  Segments drawn(3, 2);
+  drawn << 0, 1, 1, 2, 2, 3;
+  EXPECT_EQ(mesh_of(open).outline.loose, drawn);
+  drawn << 1, 0, 2, 1, 3, 2;
+  EXPECT_EQ(mesh_of(read(kSquare + "l 4 3 2 1\n")).outline.loose, drawn);
   // Drawn twice, a segment bounds nothing.
   EXPECT_TRUE(mesh_of(read(kSquare + "l 1 2 3 4 1\nl 1 2 3 4 1\n")).is_point_cloud());
   // Three ways meet: nobody can say what is inside.
   const Asset branch = read(kSquare + "l 1 2 3 4 1\nl 1 3\n");
   EXPECT_TRUE(mesh_of(branch).is_point_cloud());
   EXPECT_EQ(branch.warnings.size(), 1u);
+  EXPECT_EQ(mesh_of(branch).outline.loose.rows(), 5);
 }
 
 TEST(Outline, OnlyFlatOnesAndOnlyWithoutFaces) {

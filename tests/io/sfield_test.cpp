@@ -29,6 +29,11 @@ FieldFile example(bool moments) {
   file.shape.V = Points::Random(4, 3);
   file.shape.F.resize(2, 3);
   file.shape.F << 0, 1, 2, 2, 1, 3;
+  file.shape.outline.E.resize(2, 2);
+  file.shape.outline.E << 0, 1, 1, 0;
+  file.shape.outline.shape = {0, 1};
+  file.shape.outline.loose.resize(1, 2);
+  file.shape.outline.loose << 2, 3;
   file.box.origin = Vec3(1, -2, 3.5);
   file.box.scale = 0.01;
   file.handles.resize(3);
@@ -96,6 +101,9 @@ TEST(SavedField, ComesBackAsItWas) {
     EXPECT_EQ(back.settings, file.settings);
     EXPECT_EQ(back.mirror_partner, file.mirror_partner);
     EXPECT_EQ(back.mirror_plane, file.mirror_plane);
+    EXPECT_EQ(back.shape.outline.E, file.shape.outline.E);
+    EXPECT_EQ(back.shape.outline.shape, file.shape.outline.shape);
+    EXPECT_EQ(back.shape.outline.loose, file.shape.outline.loose);
   }
 }
 
@@ -146,6 +154,10 @@ TEST(SavedField, RefusesWhatDoesNotFitTogether) {
   }
   EXPECT_THROW(parse_sfield(set("faces", npy_from_integers({0, 1, 7})), "test"), InputError);
   EXPECT_THROW(parse_sfield(set("faces", npy_from_integers({0, 1})), "test"), InputError);
+  EXPECT_THROW(parse_sfield(set("outline", npy_from_integers({0, 9})), "test"), InputError);
+  EXPECT_THROW(parse_sfield(set("loose_segments", npy_from_integers({0})), "test"), InputError);
+  EXPECT_THROW(parse_sfield(set("outline_shapes", npy_from_integers({0})), "test"), InputError);
+  EXPECT_THROW(parse_sfield(set("outline_shapes", npy_from_integers({-1, 0})), "test"), InputError);
   EXPECT_THROW(parse_sfield(set("progress", npy_from_integers({0, 0, 2, 0, 0})), "test"),
                InputError);
   EXPECT_THROW(parse_sfield(set("counts", npy_from_integers({32, 16})), "test"), InputError);

@@ -267,11 +267,74 @@ TEST(GeometricFields, StopsWhenAskedAndInTime) {
   expect_simplex_rows(result.W);
 }
 
+TEST(GeometricFields, JudgedEnergyIsTheIntegralOfSquaredLaplacians) {
+  // In a convex shape everything is in view, so that the field asked anywhere gives the same.
+  GeometricFieldsOptions options = small();
+  const double h = options.judged_step = 0.03;
+  const GeometricFieldsResult result = geometric_fields(bar(), two_bones(), {}, options);
+  EXPECT_EQ(result.W, solved().W) << "judging changes nothing";
+  ASSERT_FALSE(result.facts.judged.empty());
+  EXPECT_EQ(result.facts.judged.back().iteration, result.stats.iterations);
+  const int n[3] = {60, 14, 14};
+  double integral = 0, volume = 0;
+  Points X(7, 3);
+  std::vector<Fill> fill;
+  for (int i = 0; i < n[0] * n[1] * n[2]; ++i) {
+    const Vec3 inset = Vec3::Constant(h), size = Vec3(1, 0.25, 0.25) - 2 * inset;
+    const Vec3 cell(i % n[0] + 0.5, i / n[0] % n[1] + 0.5, i / n[0] / n[1] + 0.5);
+    X.rowwise() =
+        (inset + size.cwiseProduct(cell).cwiseQuotient(Vec3(n[0], n[1], n[2]))).transpose();
+    for (int axis = 0; axis < 3; ++axis) X(1 + 2 * axis, axis) += h, X(2 + 2 * axis, axis) -= h;
+    const RowMatrix W = result.field->at(X, {}, fill);
+    integral += (W.bottomRows(6).colwise().sum() - 6 * W.row(0)).squaredNorm();
+    volume += 1;
+  }
+  integral *= (1 - 2 * h) * std::pow(0.25 - 2 * h, 2) / volume / std::pow(h, 4);
+  // The shell that differences would leave has the rest, and most of it is beside the bones.
+  EXPECT_GT(result.facts.judged.back().energy, 0.95 * integral);
+  EXPECT_LT(result.facts.judged.back().energy, 1.3 * integral);
+  // One handle has the weight 1 everywhere.
+  const GeometricFieldsResult one = geometric_fields(bar(), {two_bones()[0]}, {}, options);
+  EXPECT_NEAR(one.facts.judged.back().energy, 0, 1e-3);
+}
+
+TEST(GeometricFields, LevelsByNumber) {
+  for (const Solver solver : {Solver::convex, Solver::adam, Solver::adam_pool})
+    for (const int levels : {1, 3}) {
+      GeometricFieldsOptions options = small(solver);
+      options.levels = levels;
+      options.max_iterations = 3;
+      const GeometricFieldsResult result = geometric_fields(bar(), two_bones(), {}, options);
+      EXPECT_EQ(result.state.counts.size(), static_cast<std::size_t>(levels));
+      EXPECT_EQ(result.state.counts.back(), options.points);
+      EXPECT_EQ(result.state.X.rows() == options.points, levels == 1);
+    }
+  // All steps are there, however few the levels.
+  GeometricFieldsOptions options = small(Solver::adam_pool);
+  options.points = 60, options.samples_per_step = 8, options.levels = 1;
+  EXPECT_EQ(geometric_fields(bar(), two_bones(), {}, options).stats.iterations, 2400);
+}
+
+TEST(GeometricFields, WithoutVisibilityWeightsBleed) {
+  const double gap = 0.01;
+  GeometricFieldsOptions options = small();
+  options.points = 1000;
+  options.visibility = SolidOptions::Visibility::none;
+  const Mesh mesh = fork_mesh(gap);
+  const RowMatrix W = geometric_fields(mesh, fork_bones(gap), {}, options).W;
+  expect_simplex_rows(W);
+  double across = 0;
+  for (Eigen::Index v = 0; v < mesh.V.rows(); ++v)
+    if (mesh.V(v, 1) > 0.5) across = std::max(across, W(v, mesh.V(v, 0) < 0.105 ? 1 : 0));
+  EXPECT_GT(across, 0.1) << "DoesNotBleedAcrossAGap: below 0.02";
+}
+
 TEST(GeometricFields, SettingsComeBack) {
   GeometricFieldsOptions options = small(Solver::adam_pool), back;
   options.boundary = GeometricFieldsOptions::Boundary::neumann;
   options.kernel.kernel = KernelFieldOptions::Kernel::gaussian;
   options.step = 0.75;
+  options.visibility = SolidOptions::Visibility::none;
   apply_settings(settings_of(options), back);
   EXPECT_EQ(settings_of(back), settings_of(options));
 }

@@ -26,8 +26,8 @@ class Random {
   std::uint32_t below(std::uint32_t n);
   /// Standard normal (Box-Muller).
   double normal();
-  /// Uniform on the unit sphere.
-  Vec3 direction();
+  /// Uniform on the unit sphere, or on the unit circle in the plane z = 0.
+  Vec3 direction(int dimension = 3);
 
  private:
   std::array<std::uint32_t, 4> counter_;

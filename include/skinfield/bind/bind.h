@@ -33,6 +33,22 @@ struct Paint {
 /// What geometric fields assume at the surface: nothing, or a vanishing normal derivative.
 enum class Boundary { natural, neumann };
 
+/// What blocks the view between two places: findings.md E's rules; every triangle, as in the
+/// geometric-fields paper; nothing.
+enum class FieldVisibility { counted, any_hit, none };
+
+/// Geometric fields' own parameters, for comparisons (GeometricFieldsOptions). What is absent or 0
+/// is the method's own choice.
+struct FieldTuning {
+  std::optional<FieldVisibility> visibility;
+  double kernel_width = 0;     ///< factor on sigma
+  double difference_step = 0;  ///< h in units of sigma
+  double rows_per_point = 0;   ///< of the convex solver
+  int samples_per_step = 0;    ///< M of the Adams
+  int levels = 0;
+  double judged_step = 0;  ///< not 0: report the energy by axis-aligned differences; unit box
+};
+
 struct BindOptions {
   Method method = Method::bounded_biharmonic;
   Solver solver = Solver::automatic;
@@ -56,6 +72,7 @@ struct BindOptions {
   Symmetry symmetry = Symmetry::off;
   int field_points = 0;              ///< of geometric fields, at the finest level; 0: their own
   std::optional<Boundary> boundary;  ///< of geometric fields [natural, or as resumed]
+  FieldTuning field;                 ///< of geometric fields
   std::shared_ptr<const FieldFile> resume;  ///< a saved geometric field to go on from
   bool keep_field = false;                  ///< give the field's state back, to be saved
   bool keep_tensors = false;                ///< give the elements' tensors back
@@ -95,6 +112,12 @@ struct BindReport {
     double energy = 0, lower_bound = 0, constraint_violation = 0;
   };
   std::vector<Step> history;  ///< if BindOptions::keep_history
+  /// If FieldTuning::judged_step: the integral of squared Laplacians, file units.
+  struct Judged {
+    std::int64_t iteration = 0, points = 0;
+    double energy = 0;
+  };
+  std::vector<Judged> judged;  ///< along the solve; the last is the result's
   std::int64_t rows = 0, negative = 0, non_finite = 0;
   double row_sum_error = 0;
   std::vector<std::int64_t> influences;  ///< histogram: rows with k influences

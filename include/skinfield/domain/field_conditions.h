@@ -41,8 +41,8 @@ struct ConditionRadii {
 class FieldConditions {
  public:
   /// @param mesh the one that the solid was made of. Handles' parts outside of the solid are cut;
-  /// regions count as painted with their own column. Triangles whose corners are all painted carry
-  /// the paint between them.
+  /// regions count as painted with their own column. Triangles whose corners are all painted, and
+  /// a planar solid's segments whose ends are, carry the paint between them.
   /// @throws InputError if a painted vertex does not exist or sizes do not fit.
   FieldConditions(const Solid& solid, const Mesh& mesh, const std::vector<Handle>& handles,
                   const PaintedVertices& paint, bool neumann);

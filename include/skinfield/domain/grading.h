@@ -10,20 +10,21 @@
 namespace skinfield {
 
 /// Width relative to the largest: s(x) = min over bones b of max(|b|, dist(x, b)) over a reference
-/// length, between `least` and 1. Points are spread with density s^-3. Positions in the unit box.
+/// length, between `least` and 1. Points are spread with density
+/// s^-d in d dimensions. Positions in the unit box.
 class Grading {
  public:
   using Segments = std::vector<std::pair<Vec3, Vec3>>;
   /// 1 everywhere.
   Grading() = default;
   /// @param segments of no length (point handles) ask for nothing. @param places (n,3) uniform in
-  /// the shape: at half of them s is 1. @param least in (0,1].
-  Grading(const Segments& segments, const Points& places, double least);
+  /// the shape: at half of them s is 1. @param least in (0,1]. @param dimension 2 or 3.
+  Grading(const Segments& segments, const Points& places, double least, int dimension = 3);
 
   bool uniform() const { return segments_.empty(); }
   double least() const { return least_; }
   double at(const Vec3& x) const;
-  /// Of points: s^-3.
+  /// Of points.
   double density(const Vec3& x) const;
   /// s changes by at most so much a unit of length.
   double slope() const { return uniform() ? 0 : 1 / reference_; }
@@ -33,6 +34,7 @@ class Grading {
 
   Segments segments_;
   double reference_ = 1, least_ = 1;
+  int dimension_ = 3;
 };
 
 }  // namespace skinfield

@@ -25,7 +25,7 @@ class InteriorSampler {
   /// From now on points have the grading's density.
   void grade(const Grading& grading, std::uint64_t seed);
   const Grading& grading() const;
-  double volume() const;
+  double volume() const;  ///< of a planar solid its area
   /// Probability density of draw at x in the interior.
   double density(const Vec3& x) const;
   /// Uniform in the interior or graded; depends on (seed, stream) alone. The clearance is a lower

@@ -23,10 +23,14 @@ struct SolidOptions {
   double accuracy = 2.0;  ///< of the fast winding number
   /// counted: the rules above. any_hit: every triangle blocks, clothes and torn parts included, and
   /// inside is where the winding number of all of them reaches `inside_from` (the geometric-fields
-  /// paper's rule, for comparisons). Point clouds have no triangles: always counted.
-  enum class Visibility { counted, any_hit };
+  /// paper's rule, for comparisons). none: nothing blocks, inside as counted (what the paper's
+  /// figure 5 compares with). Point clouds have no triangles that any_hit could hit: counted.
+  enum class Visibility { counted, any_hit, none };
   Visibility visibility = Visibility::counted;
   double inside_from = 0.1;
+  /// The mesh lies in z = 0 and bounds an area there, by its triangles' rim, its outline or loose
+  /// segments: these take the place of triangles, and winding numbers are those of the plane.
+  bool planar = false;
 };
 
 /// A place with what visibility tests need to know about it.
@@ -77,10 +81,14 @@ class Solid {
   int component_of_vertex(int vertex) const;
   bool has_clean() const;
   bool has_dirty() const;
-  /// The surface after repair and without passengers (the faces that bound the solid).
+  /// 2 if planar, else 3.
+  int dimension() const;
+  /// The surface after repair and without passengers (the faces that bound the solid). Of a planar
+  /// one the segments (a, b, b), the inside to the left of a-b.
   const Triangles& faces() const;
+  /// The mesh's, and behind them places where a planar one's outline crosses itself.
   const Points& vertices() const;
-  /// Unit normals of the vertices, outward after repair (n,3).
+  /// Unit normals of the mesh's vertices, outward after repair (n,3).
   const Points& normals() const;
 
   struct Facts {

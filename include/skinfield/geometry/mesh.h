@@ -15,6 +15,9 @@ namespace skinfield {
 struct Outline {
   Segments E;              ///< (e,2)
   std::vector<int> shape;  ///< (e) the shape that each segment bounds
+  /// (k,2) Segments in the plane that close no polyline: a soup, the inside to their left.
+  /// Geometric fields alone take them.
+  Segments loose;
 
   bool empty() const { return E.rows() == 0; }
 };

@@ -27,19 +27,31 @@ struct GeometricFieldsOptions {
   Boundary boundary = Boundary::natural;
   SolidOptions::Visibility visibility = SolidOptions::Visibility::counted;
   KernelFieldOptions kernel;
-  int points = 0;  ///< at the finest level; 0: 2^14 for convex, else 2^16
+  /// At the finest level; 0: 2^14 for convex, else 2^16, of flat shapes 2^13 and 2^14.
+  int points = 0;
   /// Kernels beside short bones are narrower down to this share, and as much denser; 1: all alike,
   /// as in the paper. 0: a quarter for convex, 1 for adam and adam_pool.
   double narrowest = 0;
-  double step = 0.5;                              ///< finite-difference step h in units of sigma
-  double rows_per_point = 12;                     ///< convex: directional rows for each point
+  double step = 0.5;           ///< finite-difference step h in units of sigma
+  double rows_per_point = 12;  ///< convex: directional rows for each point
+  int levels = 0;  ///< from coarse to fine; 0: the solver's own, 1: all steps at the finest
   double near_handles = 0.5;                      ///< share of the samples drawn near handles
   double winding_low = 0.1, winding_high = 0.25;  ///< equation 11
-  int samples_per_step = 1 << 11;                 ///< adam, adam_pool: M
-  double tolerance = 1e-2;  ///< convex: converged where no weight changes by more in five passes
+  int samples_per_step = 0;  ///< adam, adam_pool: M; 0: 2^11, of flat shapes 2^12
+  double tolerance = 1e-2;   ///< convex: converged where no weight changes by more in five passes
   std::int64_t max_iterations = 0;  ///< in all, resumed ones too; 0: the solver's own
   double time_limit_s = 0;          ///< 0: none
+  /// Not 0: the energy is also estimated by axis-aligned differences of this step (equation 12;
+  /// unit box) on samples that no optimiser uses, along the solve and at its end.
+  double judged_step = 0;
   std::uint64_t seed = 0;
+};
+
+/// The energy of the field after so many iterations, as judged (equations 10 and 12).
+struct JudgedEnergy {
+  std::int64_t iteration = 0;
+  std::int64_t points = 0;  ///< of the level
+  double energy = 0;
 };
 
 /// How the rows of surface vertices came about (appendix A).
@@ -59,11 +71,18 @@ struct GeometricFieldsFacts {
   std::int64_t unreached_points = 0;  ///< hang together with nothing prescribed: nearest handle
   std::size_t row_bytes = 0;
   double held_out_energy = 0;  ///< per sampled volume like `energy`, on samples that took no part
+  std::vector<JudgedEnergy> judged;  ///< if GeometricFieldsOptions::judged_step, last the result's
   FieldEvaluationCounts vertices;
   std::map<std::string, double> seconds;  ///< wall time of each stage
 };
 
-/// A field that can be evaluated anywhere. Positions in the unit box. Owns all that it needs.
+/// The shape as the field's own coordinates have it (methods/field_shape.h).
+struct LaidShape;
+
+/// A field that can be evaluated anywhere. Positions in the unit box. Owns all that it needs. A
+/// flat shape (triangles, an outline or loose segments in one plane) has a field of its area, in
+/// two dimensions: what solid(), conditions() and kernel() hold is laid into the plane z = 0, and
+/// places elsewhere are dropped onto the plane.
 class GeometricField {
  public:
   /// @throws DomainError if the shape has no inside worth the name or nothing binds it.
@@ -82,6 +101,8 @@ class GeometricField {
   /// The vertices of the mesh, with appendix A's order of rescue. Painted ones have their paint.
   RowMatrix at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts& counts) const;
 
+  /// Is x inside the shape?
+  bool inside(const Vec3& x) const;
   const Solid& solid() const;
   const FieldConditions& conditions() const;
   const KernelField& kernel() const;
@@ -92,6 +113,8 @@ class GeometricField {
   Impl& impl() { return *impl_; }
 
  private:
+  GeometricField(const LaidShape& shape, const PaintedVertices& paint,
+                 const GeometricFieldsOptions& options, const Progress& progress);
   std::unique_ptr<Impl> impl_;
 };
 
