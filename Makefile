@@ -46,6 +46,7 @@ results:
 	@tools/with_python.sh tools/results_tets.py --program $(PROGRAM)
 	@tools/with_python.sh tools/results_exact.py --program $(PROGRAM)
 	@tools/with_python.sh tools/results_fields.py --program $(PROGRAM)
+	@tools/with_python.sh tools/results_quasi.py --program $(PROGRAM)
 
 check:
 	@tools/setup.sh build tidy

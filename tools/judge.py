@@ -4,6 +4,7 @@ Needs numpy. Distances: the total variation (TV) of two weight matrices is the m
 half the sum of absolute differences of their rows.
 """
 
+import heapq
 import json
 import struct
 from pathlib import Path
@@ -247,3 +248,61 @@ def fork(gap, path):
     high = V[:, 1] > 0.3
     return (np.nonzero(high & np.isclose(V[:, 0], -gap / 2, atol=1e-12))[0],
             np.nonzero(high & np.isclose(V[:, 0], gap / 2, atol=1e-12))[0])
+
+
+def edges_of(elements):
+    """Edges (e,2) of triangles or tetrahedra, each once."""
+    k = elements.shape[1]
+    pairs = np.vstack([elements[:, [i, j]] for i in range(k) for j in range(i + 1, k)])
+    return np.unique(np.sort(pairs, 1), axis=0)
+
+
+def local_extrema(W, edges, tolerance=1e-4):
+    """(n,m): 1 where a weight is above all neighbours along the edges by more than the tolerance, -1
+    where it is below all; weights within the tolerance of 1 (of 0) and lone vertices are neither."""
+    both = np.vstack([edges, edges[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    vertices, first = np.unique(both[:, 0], return_index=True)
+    around = W[both[:, 1]]
+    mine = W[vertices]
+    marks = np.zeros(W.shape, int)
+    marks[vertices] = (((mine > np.maximum.reduceat(around, first) + tolerance) &
+                        (mine < 1 - tolerance)).astype(int) -
+                       ((mine < np.minimum.reduceat(around, first) - tolerance) &
+                        (mine > tolerance)).astype(int))
+    return marks
+
+
+def prominent_extrema(W, edges, tolerance=1e-4):
+    """Extrema (vertex, column, prominence) of W: how far a weight has to fall (rise) before it can go
+    on to a higher (lower) one, where that is more than the tolerance; inf where it cannot. Flat hills
+    count too, which are too smooth to stand out from their neighbours. Weights within the tolerance
+    of 1 (of 0) are none."""
+    n = len(W)
+    both = np.vstack([edges, edges[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    start = np.searchsorted(both[:, 0], np.arange(n + 1))
+    vertices, first = np.unique(both[:, 0], return_index=True)
+    around = np.full(W.shape, np.inf)
+    found = []
+    for sign in (1, -1):
+        S = sign * W
+        around[vertices] = np.maximum.reduceat(S[both[:, 1]], first)
+        peaks = (S >= around) & (W > tolerance if sign < 0 else W < 1 - tolerance)
+        for v, j in zip(*np.nonzero(peaks)):
+            seen, heap, lowest = {v}, [(-S[v, j], v)], S[v, j]
+            prominence = np.inf
+            while heap:
+                value, u = heapq.heappop(heap)
+                lowest = min(lowest, -value)
+                # Of a plateau the first vertex stands for all.
+                if -value > S[v, j] or (-value == S[v, j] and u < v):
+                    prominence = S[v, j] - lowest
+                    break
+                for k in both[start[u]:start[u + 1], 1]:
+                    if k not in seen:
+                        seen.add(k)
+                        heapq.heappush(heap, (-S[k, j], k))
+            if prominence > tolerance:
+                found.append((int(v), int(j), float(prominence)))
+    return found
