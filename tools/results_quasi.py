@@ -258,13 +258,12 @@ def costs(options):
     """Seconds against vertices: the penguin with 15 bones, filled ever more finely."""
     surface = options.data / "surface"
     bones = meshes.first_bones(surface / "penguin.tgf", 15, options.out / "penguin-15.tgf")
-    rows = []
     for nodes in (5000, 10000, 20000, 40000, 70000, 100000):
         mesh = options.out / "cost.mesh"
         made = run([options.program, "tetrahedralise", surface / "penguin.obj", "--skeleton", bones,
                     "--nodes", nodes, "-o", mesh, "--quiet"])
         if made["code"] != 0:
-            rows.append(dict(failure=last_line(made["err"])))
+            yield dict(failure=last_line(made["err"]))
             continue
         row = dict(methods={})
         for key in ("k = 10", "k = 20", "default"):
@@ -275,9 +274,8 @@ def costs(options):
             row.update(nodes=one["nodes"], elements=one["elements"])
             row["methods"][key] = {k: one[k] for k in ("cpu", "wall", "steps", "linear",
                                                        "iterations")}
-        rows.append(row)
         print(f"cost, {nodes}: done", file=sys.stderr, flush=True)
-    return rows
+        yield row
 
 
 def plotted_costs(rows, path):
@@ -429,9 +427,10 @@ def main():
     if "cactus" in sections:
         keep(cactus=along_arms(options))
     if "cost" in sections:
-        rows = costs(options)
-        picture = folder / "results-quasi-cost.png"
-        keep(cost=rows, cost_picture=picture.name if plotted_costs(rows, picture) else None)
+        rows, picture = [], folder / "results-quasi-cost.png"
+        for row in costs(options):
+            rows.append(row)
+            keep(cost=rows, cost_picture=picture.name if plotted_costs(rows, picture) else None)
     if "pictures" in sections:
         keep(pictures=pictures(options, folder))
     if "image" in sections:
