@@ -80,7 +80,7 @@ Image decode_png(std::string_view bytes, const std::string& name, Rgb8 behind) {
     png_image_free(&description);
     throw InputError(what, name, "give a PNG file");
   };
-  // The library reads the header of an empty file with an error of its own program's use.
+  // To the library that is a wrong call, not a damaged file.
   if (bytes.empty()) refuse("the file is empty");
   if (!png_image_begin_read_from_memory(&description, bytes.data(), bytes.size())) {
     refuse(std::string("cannot be read as a PNG: ") + description.message);
