@@ -37,7 +37,7 @@ def bind(options, mesh, skeleton, stem, *more, method="geometric-fields"):
         stale.unlink(missing_ok=True)
     ran = run([options.program, "bind", mesh, "--skeleton", skeleton, "--method", method, "-o",
                weights, "--report", report, "--quiet", *more], limit=options.limit)
-    row = dict(wall=ran["wall"], cpu=ran["cpu"], peak=ran["peak"])
+    row = dict(wall=ran["wall"], cpu=ran["cpu"])
     if ran["code"] != 0:
         row["failure"] = (last_line(ran["err"]) or f"exit {ran['code']}").replace(str(mesh),
                                                                                 Path(mesh).name)
@@ -45,7 +45,7 @@ def bind(options, mesh, skeleton, stem, *more, method="geometric-fields"):
     document = json.loads(report.read_text())
     W = judge.read_npz(weights)
     _, error, negative, broken, empty = judge.row_faults(W)
-    row.update(vertices=len(W), bones=W.shape[1], rung=at(document, "domain", "rung"),
+    row.update(peak=at(document, "peak_memory_bytes"), vertices=len(W), bones=W.shape[1], rung=at(document, "domain", "rung"),
                nodes=at(document, "domain", "nodes"), route=at(document, "domain", "route"),
                energy=at(document, "solve", "judged", "energy"),
                status=at(document, "solve", "status"), iterations=at(document, "solve", "iterations"),
@@ -326,6 +326,7 @@ def main():
         options.document.write_text(pages.page(results, options.document.parent))
 
     judge.hand_surface(options.data, options.out / "hand.obj")
+    results["shapes"] = [case[0] for case in table_cases(options)]
     for name in (s for s in options.sections.split(",") if s in SECTIONS):
         old = {r["name"]: r for r in results.get(name, [])} if name == "table" else {}
         options.known = set(old) if options.resume else set()
@@ -338,7 +339,7 @@ def main():
             results[name] = list(merged.values()) if name == "table" else merged
             save()
         pages.pictures(name, results, options)
-        save()
+    save()
     print(f"results: wrote {options.document}")
 
 

@@ -344,11 +344,12 @@ def ablations(results, folder):
     return text
 
 
-def table_one(rows):
+def table_one(rows, shapes):
     names = {"convex-natural": "convex", "convex-neumann": "convex, Neumann",
              "adam-pool-natural": "adam-pool", "adam-pool-neumann": "adam-pool, Neumann",
              "adam-natural": "adam"}
     seconds, quality = [], []
+    missing = [name for name in shapes if name not in {r["name"] for r in rows}]
     for r in rows:
         m = r["methods"]
         tets = m.get("tets", {})
@@ -379,6 +380,8 @@ def table_one(rows):
             "no inside worth the name, weights from there. gear, ribbons, flag and skirt are made by "
             "`tools/shapes.py`.\n",
             table(["shape", "vertices", "bones", "tets + bbw", *names.values()], seconds),
+            *(["Not run this time: " + ", ".join(missing) + " (`--sections table --resume` goes on).\n"]
+              if missing else []),
             "Energy by the axis-aligned estimator (step 0.01 of the box, samples that no optimiser "
             "uses), file units; then TV to exact weights on tetrahedra refined 1:8, where there are "
             "any.\n",
@@ -397,7 +400,8 @@ def cost_part(rows, folder):
                   [[r["kind"], *failed(r, 8)] if "failure" in r else
                    [r["kind"], r["bones"],
                     f"{r['count']:,}" if r["kind"] == "triangles" else "", f"{r['vertices']:,}",
-                    f"{r['cpu']:.1f}", f"{r['peak'] / 2**20:.0f}",
+                    f"{r['cpu']:.1f}",
+                    number(r["peak"] and r["peak"] / 2**20, "{:.0f}"),
                     *(f"{s:.0%}" for s in shares(r)[:2]),
                     f"{r['solve_cpu'] * shares(r)[2]:.1f}"] for r in rows])]
     return text + figure(folder, "cost", "CPU seconds against bones and triangles")
@@ -412,7 +416,7 @@ def page(results, folder):
             "([methods/geometric_fields.md](methods/geometric_fields.md)).\n"]
     text += ablations(results, folder)
     if results.get("table"):
-        text += table_one(results["table"])
+        text += table_one(results["table"], results.get("shapes", []))
     if results.get("cost"):
         text += cost_part(results["cost"], folder)
     return "\n".join(text)
