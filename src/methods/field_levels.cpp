@@ -159,6 +159,10 @@ bool LevelSolver::solve_convex(int level, bool finest, StageClock& clock,
     convex.max_steps *= wider;
     convex.held_out_gain = gain_in_plane;
   }
+  // The limit is on the iterations of all levels.
+  if (options_.max_iterations > 0)
+    convex.max_steps = static_cast<int>(
+        std::clamp<std::int64_t>(options_.max_iterations - stats_.iterations, 0, convex.max_steps));
   convex.tolerance = options_.tolerance;
   convex.stop = stop;
   convex.probe = make_probe(held);

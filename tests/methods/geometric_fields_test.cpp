@@ -298,6 +298,20 @@ TEST(GeometricFields, JudgedEnergyIsTheIntegralOfSquaredLaplacians) {
   EXPECT_NEAR(one.facts.judged.back().energy, 0, 1e-3);
 }
 
+TEST(GeometricFields, IterationsEndWhereTheyShould) {
+  for (const Solver solver : {Solver::convex, Solver::adam, Solver::adam_pool})
+    for (const int limit : {1, 7, 30}) {
+      GeometricFieldsOptions options = small(solver);
+      options.levels = 3;
+      options.tolerance = 1e-9;
+      options.max_iterations = limit;
+      const GeometricFieldsResult result = geometric_fields(bar(), two_bones(), {}, options);
+      EXPECT_LE(result.stats.iterations, limit);
+      EXPECT_EQ(result.stats.status, SolveStats::Status::limit);
+      expect_simplex_rows(result.W);
+    }
+}
+
 TEST(GeometricFields, LevelsByNumber) {
   for (const Solver solver : {Solver::convex, Solver::adam, Solver::adam_pool})
     for (const int levels : {1, 3}) {
