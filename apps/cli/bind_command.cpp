@@ -252,7 +252,7 @@ void add_bind(CLI::App& app, Common& common, std::vector<std::pair<CLI::App*, Ve
   verb->add_option("--boundary", o->boundary, "Of geometric-fields [natural]")
       ->check(CLI::IsMember({"natural", "neumann"}));
   verb->add_option("--visibility", o->visibility,
-                   "Of geometric-fields, what blocks the view [counted]: leaving the shape; any "
+                   "Of geometric-fields, what blocks sight [counted]: leaving the shape; any "
                    "triangle; nothing")
       ->check(CLI::IsMember({"counted", "any-hit", "none"}));
   verb->add_option("--kernel-width", o->kernel_width, "Of geometric-fields: factor on sigma [1]")

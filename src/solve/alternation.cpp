@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace skinfield {
 namespace {
@@ -17,7 +18,8 @@ constexpr int kCheckEvery = 5;
 // Turns of the penalty (see Alternation::turn): iterations, and multiples of the first penalty.
 constexpr int kFirstTurn = 10, kStiffTurn = 15, kSoftTurn = 20;
 constexpr double kSoft = 3, kFirstStiff = 50, kStiff = 500, kWarm = 8;
-constexpr int kSettle = 4;  // first iterations, which say nothing about the balance
+constexpr int kSettle = 4;         // first iterations, which say nothing about the balance
+constexpr double kBalanced = 0.8;  // primal over dual residual
 constexpr double kWorthShrinking = 0.8;
 constexpr int kCertifySteps = 5, kCertifyRounds = 4;
 constexpr double kSmallGap = 1e-4;     // relative: good enough a certificate
@@ -301,6 +303,19 @@ double Alternation::certify() {
   return lower;
 }
 
+double Alternation::distance(const Vector& A, const Vector& B) const {
+  return std::sqrt(parallel_reduce(
+      static_cast<std::size_t>(A.size()), kEntriesPerBlock, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        const auto at = static_cast<Eigen::Index>(begin);
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        return ((A.segment(at, count) - B.segment(at, count)).array().square() *
+                weight_.segment(at, count).array())
+            .sum();
+      },
+      std::plus<>()));
+}
+
 void Alternation::project(const Vector& from, Vector& to) const {
   to.resize(from.size());
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
@@ -344,6 +359,10 @@ void Alternation::check() {
 }
 
 void Alternation::compare_residuals() {
+  const double primal = distance(W_, Z_), dual = distance(Z_, previous_);
+  if (!(primal > 0 && dual > 0)) return;
+  log_ratio_ += std::log(primal / dual);
+  ++ratios_;
   if (primal_.size() == 0) primal_ = dual_ = Vector::Zero(free_.rows());
   for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
     const auto size = static_cast<Eigen::Index>(end - begin);
@@ -355,9 +374,16 @@ void Alternation::compare_residuals() {
 /// A soft penalty settles what lies far from the handles, a stiff one the rows where weights leave
 /// zero; taking turns needs half the iterations of any one penalty, or of one raised step by step.
 void Alternation::turn(int it) {
-  if (!stiff_ && primal_.size() > 0) {
-    balance_penalty(free_, std::move(primal_), std::move(dual_), balance_);
+  if (!stiff_ && ratios_ > 0) {
+    // Residual balancing (He, Yang, Wang 2000; Wohlberg 2017): all rows in the norm of the penalty,
+    // then row by row. The former may go on for as many turns as a far-off scale takes.
+    const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
+    const double factor = std::clamp(ratio * ratio, 0.2, 5.0);
+    if (factor > 2 || factor < 0.4) soft_ *= factor;
+    balance_rows(free_, std::move(primal_), std::move(dual_), balance_);
     primal_ = dual_ = Vector();
+    log_ratio_ = 0;
+    ratios_ = 0;
   }
   stiff_ = !stiff_;
   turn_at_ = it - 1 + (stiff_ ? kStiffTurn : kSoftTurn);

@@ -52,6 +52,8 @@ class Alternation {
   void for_entries(const Body& body) const;
   template <class Body>
   void for_rows(const Body& body) const;
+  /// In the norm of the penalty.
+  double distance(const Vector& A, const Vector& B) const;
 
   /// The rows that columns with this support ask for, `rings` of Q's graph beyond it.
   ColumnSets around(const ColumnSets& support, int rings) const;
@@ -91,8 +93,10 @@ class Alternation {
   Vector S_, Z_, W_, F_, previous_, checked_;
   RowMatrix start_;
   double change_ = std::numeric_limits<double>::infinity();
-  double soft_;                          ///< factor of soft turns
-  int turn_at_;                          ///< the turn's last iteration
+  double log_ratio_ = 0;  ///< sum of logarithms of primal over dual residuals in a soft turn
+  int ratios_ = 0;        ///< so many
+  double soft_;           ///< factor of soft turns
+  int turn_at_;           ///< the turn's last iteration
   bool stiff_ = false, turned_ = false;  ///< a stiff turn now; was there one?
   int confirmed_ = 0;
   bool fresh_check_ = false;

@@ -88,7 +88,7 @@ Vector local_penalty(const SimplexProblem& problem, const FreeRows& free, const 
   return d;
 }
 
-void balance_penalty(const FreeRows& free, Vector primal, Vector dual, Vector& scale) {
+void balance_rows(const FreeRows& free, Vector primal, Vector dual, Vector& scale) {
   diffuse(free.Q, 1, primal);
   diffuse(free.Q, 1, dual);
   // Rows without any residual keep what they have.

@@ -13,9 +13,9 @@ namespace skinfield {
 Vector local_penalty(const SimplexProblem& problem, const FreeRows& free, const RowMatrix& X,
                      const RowMatrix& Z, const Vector& landscape);
 
-/// Residual balancing (He, Yang, Wang 2000; Wohlberg 2017) row by row: multiplies `scale` (n) so
-/// that the rows' primal and dual residuals, squared sums of a turn smoothed over the neighbours
-/// in Q, come nearer to the ratio aimed at. At most tenfold a turn and in all.
-void balance_penalty(const FreeRows& free, Vector primal, Vector dual, Vector& scale);
+/// Residual balancing row by row: multiplies `scale` (n) so that the rows' primal and dual
+/// residuals, squared sums of a turn smoothed over the neighbours in Q, come nearer to the ratio
+/// aimed at. At most tenfold a turn and in all.
+void balance_rows(const FreeRows& free, Vector primal, Vector dual, Vector& scale);
 
 }  // namespace skinfield

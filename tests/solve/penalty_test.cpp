@@ -66,7 +66,7 @@ TEST(Penalty, BalancingMovesRowsTowardsTheRatioAimedAt) {
   const auto n = free.rows();
   const auto balanced = [&](double primal, double dual) {
     Vector scale = Vector::Ones(n);
-    balance_penalty(free, Vector::Constant(n, primal), Vector::Constant(n, dual), scale);
+    balance_rows(free, Vector::Constant(n, primal), Vector::Constant(n, dual), scale);
     return scale;
   };
   const double aim = 0.6 * 0.6;
@@ -80,7 +80,7 @@ TEST(Penalty, BalancingMovesRowsTowardsTheRatioAimedAt) {
   // Local: what happens at one end does not reach the other.
   Vector primal = Vector::Constant(n, aim), dual = Vector::Ones(n), scale = Vector::Ones(n);
   primal[0] *= 1000;
-  balance_penalty(free, primal, dual, scale);
+  balance_rows(free, primal, dual, scale);
   EXPECT_GT(scale[0], 2);
   EXPECT_NEAR(scale[n - 1], 1, 1e-9);
   EXPECT_LE(scale.maxCoeff(), 10);
