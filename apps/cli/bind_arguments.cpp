@@ -174,7 +174,7 @@ std::map<std::string, std::string> described(const BindArguments& o, const BindO
     all["boundary"] = !o.boundary.empty() ? o.boundary : o.resume.empty() ? "natural" : "as saved";
     all["resume"] = o.resume;
     all["points"] = std::to_string(b.field_points);
-    const auto own = [](bool given, std::string value) { return given ? value : "own"; };
+    const auto own = [](bool given, const std::string& value) { return given ? value : "own"; };
     all["visibility"] = !o.visibility.empty() ? o.visibility : o.resume.empty() ? "counted" : "own";
     all["kernel_width"] = own(o.kernel_width > 0, fmt::format("{:g}", o.kernel_width));
     all["difference_step"] = own(o.difference_step > 0, fmt::format("{:g}", o.difference_step));
