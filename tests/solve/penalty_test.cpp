@@ -55,9 +55,9 @@ TEST(Penalty, ALimbWithoutHandlesIsSolvedLikeTheRest) {
   EXPECT_EQ(solution.stats.status, SolveStats::Status::converged);
   // The limb's weights are 0 and 1 with multipliers that are nearly 0: weights are ill-conditioned,
   // energy and its bound are not.
-  EXPECT_LT((solution.W - exact.W).cwiseAbs().maxCoeff(), 2e-2);
+  EXPECT_LT((solution.W - exact.W).cwiseAbs().maxCoeff(), 5e-3);
   EXPECT_LT(solution.stats.energy, exact.stats.energy * (1 + 1e-6));
-  EXPECT_LT(solution.stats.relative_gap, 5e-5);
+  EXPECT_LT(solution.stats.relative_gap, 2e-4);
 }
 
 TEST(Penalty, BalancingMovesRowsTowardsTheRatioAimedAt) {
