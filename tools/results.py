@@ -272,25 +272,39 @@ def machine():
     return f"{os.cpu_count()} cores, {model}"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+def arguments(doc, part=""):
+    """What every page's script takes; part: its own name after `results`."""
+    parser = argparse.ArgumentParser(description=doc.split("\n")[0])
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
     parser.add_argument("--data", type=Path, default=Path(
         os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
+    parser.add_argument("--out", type=Path, default=ROOT / "results" / part)
+    page = f"results-{part}.md" if part else "results.md"
+    parser.add_argument("--document", type=Path, default=ROOT / "docs" / page)
+    return parser
+
+
+def checked(parser):
+    """The options, with data and program there and a folder for what is kept."""
+    options = parser.parse_args()
+    options.program = options.program.resolve()
+    name = Path(sys.argv[0]).stem
+    if not options.data.exists():
+        sys.exit(f"{name}: no shared data at {options.data} (set SKINFIELD_DATA)")
+    if not options.program.exists():
+        sys.exit(f"{name}: {options.program} is not built (make build)")
+    options.out.mkdir(parents=True, exist_ok=True)
+    return options
+
+
+def main():
+    parser = arguments(__doc__)
     parser.add_argument("--only", default="*", metavar="GLOB", help="cases, as group/name")
     parser.add_argument("--sections", default="cases,hand,fork,soup")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--pictures", action="store_true", help="into results/pictures")
     parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
-    parser.add_argument("--out", type=Path, default=ROOT / "results")
-    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results.md")
-    options = parser.parse_args()
-    options.program = options.program.resolve()
-    if not options.data.exists():
-        sys.exit(f"results: no shared data at {options.data} (set SKINFIELD_DATA)")
-    if not options.program.exists():
-        sys.exit(f"results: {options.program} is not built (make build)")
-    options.out.mkdir(parents=True, exist_ok=True)
+    options = checked(parser)
 
     # Earlier sections stay, so that one can be renewed alone.
     store = options.out / "results.json"

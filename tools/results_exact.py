@@ -10,18 +10,15 @@ domain, and the dual's convergence (figure 9, as a picture beside the page, wher
 Energies are those of the weights as given out, 1/2 tr(W' K M^-1 K W) in file units.
 """
 
-import argparse
 import fnmatch
 import json
-import os
 import sys
-from pathlib import Path
 
 import numpy as np
 
 import judge
 import meshes
-from results import ROOT, at, last_line, machine, run
+from results import arguments, at, checked, last_line, machine, run
 from results_page import escape, number, table
 
 # The paper's tolerances 1e-6 and 5e-8 left these gaps on its 7,234-vertex hand (57461.5 and 57450.4
@@ -446,21 +443,12 @@ def solved_cases(options):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
-    parser.add_argument("--data", type=Path, default=Path(
-        os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
+    parser = arguments(__doc__, "exact")
     parser.add_argument("--only", default="*", metavar="GLOB")
     parser.add_argument("--sections", default="table,judged,referee,unity,cost")
     parser.add_argument("--nodes", type=int, default=8000, help="of surfaces made into tets")
     parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "exact")
-    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results-exact.md")
-    options = parser.parse_args()
-    options.program = options.program.resolve()
-    if not options.data.exists():
-        sys.exit(f"results_exact: no shared data at {options.data} (set SKINFIELD_DATA)")
-    options.out.mkdir(parents=True, exist_ok=True)
+    options = checked(parser)
     # Earlier sections stay, so that one can be renewed alone.
     store = options.out / "results.json"
     results = json.loads(store.read_text()) if store.exists() else {}

@@ -9,10 +9,8 @@ run can be stopped, and one section renewed alone. Everything else it makes stay
 results/fields. Pictures need matplotlib.
 """
 
-import argparse
 import fnmatch
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -22,7 +20,7 @@ import judge
 import meshes
 import results_fields_page as pages
 import shapes
-from results import ROOT, at, last_line, machine, run
+from results import arguments, at, checked, last_line, machine, run
 
 ADAM = ["--solver", "adam", "--samples-per-step", 256]
 POOL = ["--solver", "adam-pool", "--samples-per-step", 512]
@@ -298,24 +296,13 @@ SECTIONS = dict(visibility=visibility, widths=widths, boundary=boundary, paintin
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
-    parser.add_argument("--data", type=Path, default=Path(
-        os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
+    parser = arguments(__doc__, "fields")
     parser.add_argument("--sections", default=",".join(SECTIONS), help="in this order; none: page")
     parser.add_argument("--only", default="*", metavar="GLOB", help="shapes of the table")
     parser.add_argument("--resume", action="store_true", help="leave out shapes that are stored")
     parser.add_argument("--limit", type=float, default=900, help="seconds for one run")
     parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "fields")
-    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results-fields.md")
-    options = parser.parse_args()
-    options.program = options.program.resolve()
-    if not options.data.exists():
-        sys.exit(f"results_fields: no shared data at {options.data} (set SKINFIELD_DATA)")
-    if not options.program.exists():
-        sys.exit(f"results_fields: {options.program} is not built (make build)")
-    options.out.mkdir(parents=True, exist_ok=True)
+    options = checked(parser)
     store = options.out / "results.json"
     results = json.loads(store.read_text()) if store.exists() else {}
     version = run([options.program, "--version"])["out"].splitlines()[0]

@@ -9,10 +9,8 @@ of the weights as given out, 1/2 tr(W' K M^-1 K W) in file units. Every case is 
 so that a run can be interrupted and a section renewed alone.
 """
 
-import argparse
 import fnmatch
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -21,7 +19,7 @@ import numpy as np
 import judge
 import meshes
 import results_quasi_shapes as shapes
-from results import ROOT, at, last_line, machine, run
+from results import arguments, at, checked, last_line, machine, run
 from results_exact import mixed, rods
 from results_quasi_page import page
 
@@ -382,22 +380,11 @@ def image(options, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
-    parser.add_argument("--data", type=Path, default=Path(
-        os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
+    parser = arguments(__doc__, "quasi")
     parser.add_argument("--sections", default="table,convergence,brick,cactus,cost,pictures,image")
     parser.add_argument("--only", default="*", metavar="GLOB", help="cases of the table")
     parser.add_argument("--note", default="", help="for the page's head: what else ran, say")
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "quasi")
-    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results-quasi.md")
-    options = parser.parse_args()
-    options.program = options.program.resolve()
-    if not options.data.exists():
-        sys.exit(f"results_quasi: no shared data at {options.data} (set SKINFIELD_DATA)")
-    if not options.program.exists():
-        sys.exit(f"results_quasi: {options.program} is not built (make build)")
-    options.out.mkdir(parents=True, exist_ok=True)
+    options = checked(parser)
     store = options.out / "results.json"
     results = json.loads(store.read_text()) if store.exists() else {}
     results.update(machine=machine(), note=options.note)

@@ -8,15 +8,12 @@ weights, reports and pictures stay under results/tets. TV is the distance to the
 domain on the same input: mean over vertices of half the L1 difference of two rows.
 """
 
-import argparse
 import fnmatch
 import json
-import os
 import sys
-from pathlib import Path
 
 import judge
-from results import ROOT, at, find_cases, last_line, machine, run
+from results import arguments, at, checked, find_cases, last_line, machine, run
 from results_page import escape, number, table
 
 
@@ -97,22 +94,11 @@ def page(results):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/skinfield")
-    parser.add_argument("--data", type=Path, default=Path(
-        os.environ.get("SKINFIELD_DATA", ROOT.parent / "shared" / "data")))
+    parser = arguments(__doc__, "tets")
     parser.add_argument("--only", default="*", metavar="GLOB", help="cases, as group/name")
     parser.add_argument("--nodes", type=int, default=16000)
     parser.add_argument("--pictures", action="store_true", help="into results/tets/pictures")
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "tets")
-    parser.add_argument("--document", type=Path, default=ROOT / "docs" / "results-tets.md")
-    options = parser.parse_args()
-    options.program = options.program.resolve()
-    if not options.data.exists():
-        sys.exit(f"results_tets: no shared data at {options.data} (set SKINFIELD_DATA)")
-    if not options.program.exists():
-        sys.exit(f"results_tets: {options.program} is not built (make build)")
-    options.out.mkdir(parents=True, exist_ok=True)
+    options = checked(parser)
 
     store = options.out / "results.json"
     old = json.loads(store.read_text())["cases"] if store.exists() else []
