@@ -42,7 +42,7 @@ RowMatrix nearest_handle_weights(const Mesh& mesh, const std::vector<Handle>& ha
     std::sort(order.begin(), order.end());
     int chosen = order.front().second;
     if (visible && !scene.empty()) {
-      const Vec3 n = normals.rows() > 0 ? Vec3(normals.row(row).transpose()) : Vec3(Vec3::Zero());
+      const Vec3 n = normal_or_zero(normals, row);
       for (const auto& [distance, h] : order) {
         const Vec3& y = closest[static_cast<std::size_t>(h)];
         // A sheet has two sides: look from the one that faces the handle.

@@ -112,7 +112,7 @@ InterpolationRows PointDomain::Impl::solid_rows(const Points& X, const Points& N
   parallel_for(rows.row.size(), 32, [&](std::size_t i) {
     const auto row = static_cast<Eigen::Index>(i);
     const Vec3 x = X.row(row).transpose();
-    const Vec3 n = N.rows() > 0 ? Vec3(N.row(row).transpose()) : Vec3(Vec3::Zero());
+    const Vec3 n = normal_or_zero(N, row);
     Site site;
     if (clean && !evaluation->look_from(x, n, site)) {
       outside[i] = 1;

@@ -226,8 +226,8 @@ FixedNodes fixed_nodes(const Solid& solid, const std::vector<Handle>& handles,
   drop_clashes(size, samples);
   for (const HandleSample& s : samples) list.add(s.x, s.handle);
   for (Eigen::Index i = 0; i < paint.X.rows(); ++i) {
-    const Vec3 n = paint.N.rows() > 0 ? Vec3(paint.N.row(i)) : Vec3(Vec3::Zero());
-    list.paint(moved_inside(solid, paint.X.row(i), n), paint.weights.row(i).transpose());
+    list.paint(moved_inside(solid, paint.X.row(i), normal_or_zero(paint.N, i)),
+               paint.weights.row(i).transpose());
   }
   const Eigen::Index columns =
       handles.empty() ? paint.weights.cols() : static_cast<Eigen::Index>(handles.size());

@@ -43,13 +43,15 @@ void flood_fill(const std::vector<std::vector<int>>& neighbours, RowMatrix& W,
 }
 
 /// Appendix A's rescue of the vertices that `open` marks: flood fill along edges, and where
-/// triangles share no vertices, from the nearest; else the kernel without rays. `missing`: the open
-/// ones and all others without a row.
+/// triangles share no vertices, from the nearest; else the kernel without rays. `carried`: the
+/// others without a row.
 void rescue(const GeometricField::Impl& d, const Points& V, const Triangles& F,
-            const std::vector<char>& open, std::vector<char>& missing, RowMatrix& W,
+            const std::vector<char>& open, const std::vector<char>& carried, RowMatrix& W,
             std::vector<Fill>& fill, FieldEvaluationCounts& counts) {
   const std::size_t n = open.size();
   if (std::count(open.begin(), open.end(), 1) == 0) return;
+  std::vector<char> missing = open;
+  for (std::size_t i = 0; i < n; ++i) missing[i] |= carried[i];
   std::vector<std::vector<int>> neighbours(n);
   for (Eigen::Index f = 0; f < F.rows(); ++f)
     for (int c = 0; c < 3; ++c) {
@@ -212,7 +214,7 @@ RowMatrix GeometricField::at(const Points& places, const Points& given_normals,
   parallel_for(fill.size(), 32, [&](std::size_t i) {
     const auto r = static_cast<Eigen::Index>(i);
     const Vec3 x = X.row(r).transpose();
-    const Vec3 n = normals.rows() > 0 ? Vec3(normals.row(r).transpose()) : Vec3(Vec3::Zero());
+    const Vec3 n = normal_or_zero(normals, r);
     if (d.row(x, n, W.row(r).data())) return;
     Site site;
     if (!d.look_from(x, n, site)) {
@@ -238,14 +240,12 @@ RowMatrix GeometricField::at_surface(const Points& given, const Triangles& F,
   parallel_for(n, 32, [&](std::size_t i) {
     const auto v = static_cast<Eigen::Index>(i);
     const Vec3 x = V.row(v).transpose();
-    const Vec3 normal = normals.rows() > 0 ? Vec3(normals.row(v).transpose()) : Vec3(Vec3::Zero());
+    const Vec3 normal = normal_or_zero(normals, v);
     if (d.row(x, normal, W.row(v).data())) return;
     Site site;
     (d.look_from(x, normal, site) ? open : carried)[i] = 1;
   });
-  std::vector<char> missing = open;
-  for (std::size_t i = 0; i < n; ++i) missing[i] |= carried[i];
-  rescue(d, V, F, open, missing, W, fill, counts);
+  rescue(d, V, F, open, carried, W, fill, counts);
   carry(*this, d, V, normals, carried, W, fill);
   counts.passengers = std::count(carried.begin(), carried.end(), 1);
   counts.seen = std::count(fill.begin(), fill.end(), Fill::none);
@@ -268,12 +268,10 @@ RowMatrix GeometricField::at_mesh(std::vector<Fill>& fill, FieldEvaluationCounts
       carried[i] = 1;
       return;
     }
-    const Vec3 normal = N.rows() > 0 ? Vec3(N.row(v).transpose()) : Vec3(Vec3::Zero());
+    const Vec3 normal = normal_or_zero(N, v);
     open[i] = !d.row(x, normal, W.row(v).data());
   });
-  std::vector<char> missing = open;
-  for (std::size_t i = 0; i < n; ++i) missing[i] |= carried[i];
-  rescue(d, V, sides_of(d.mesh), open, missing, W, fill, counts);
+  rescue(d, V, sides_of(d.mesh), open, carried, W, fill, counts);
   std::vector<int> wanted, holding;
   for (std::size_t i = 0; i < n; ++i)
     (carried[i] ? wanted : holding).push_back(static_cast<int>(i));

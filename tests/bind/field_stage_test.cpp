@@ -1,8 +1,6 @@
 // Geometric fields take any mesh too: without an inside, the surface's rungs stand in.
 #include "bind/fixtures.h"
 #include "skinfield/base/error.h"
-#include "skinfield/bind/handles.h"
-#include "skinfield/io/io.h"
 #include "skinfield/io/sfield.h"
 #include "support/data.h"
 
@@ -10,14 +8,6 @@ namespace skinfield {
 namespace {
 
 using namespace skinfield_test;
-
-BindOptions field(int points = 500) {
-  BindOptions options;
-  options.method = Method::geometric_fields;
-  options.field_points = points;
-  options.nodes = quick().nodes;
-  return options;
-}
 
 TEST(FieldStage, ShapesWithAnInsideCarryTheField) {
   const BindResult result = bound(character(bar(), bar_bones()), field());
@@ -122,10 +112,7 @@ TEST(FieldStage, WildMeshesBind) {
     const std::string stem = "wild/" + std::string(name);
     const std::string extension = stem == "wild/fish-oneside" ? ".off" : ".obj";
     const std::filesystem::path folder = moebius.parent_path().parent_path();
-    Asset asset = read_asset(folder / (stem + extension));
-    Character& c = asset.characters.front();
-    give_skeleton(c, read_skeleton(folder / (stem + ".tgf")));
-    make_handles(c);
+    const Character c = read_case(folder / (stem + extension), folder / (stem + ".tgf"));
     const BindResult result = bound(c, field(1000));
     EXPECT_EQ(result.report.rung, stem == "wild/moebius" ? Rung::surface : Rung::volume) << name;
   }

@@ -1,9 +1,7 @@
 // The fingers of a whole human (the geometric-fields paper's open failure, its figure 19): thin
 // parts far smaller than the body keep their weights to themselves, and bend where the joints are.
 #include "bind/fixtures.h"
-#include "skinfield/bind/handles.h"
 #include "skinfield/io/file.h"
-#include "skinfield/io/io.h"
 #include "skinfield/io/tgf.h"
 #include "skinfield/rig/handle_geometry.h"
 #include "support/data.h"
@@ -41,10 +39,7 @@ Skeleton with_fingers(const std::filesystem::path& tgf) {
 TEST(FieldFingers, KeepToThemselvesOnAWholeHuman) {
   SKINFIELD_NEEDS_DATA(body, "surface/human_man.obj");
   SKINFIELD_NEEDS_DATA(bones, "surface/human_man.tgf");
-  Asset asset = read_asset(body);
-  Character& c = asset.characters.front();
-  give_skeleton(c, with_fingers(bones));
-  make_handles(c);
+  const Character c = read_case(body, with_fingers(bones));
   const auto handles = static_cast<int>(c.skeleton.handles.size());
   const int first = handles - 2 * fingers;
   BindOptions options;

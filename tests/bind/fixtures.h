@@ -3,6 +3,8 @@
 
 #include "domain/fixtures.h"
 #include "skinfield/bind/bind.h"
+#include "skinfield/bind/handles.h"
+#include "skinfield/io/io.h"
 #include "skinfield/weights/operations.h"
 #include "skinfield/weights/statistics.h"
 
@@ -36,6 +38,25 @@ inline BindOptions quick(int nodes = 1000) {
   BindOptions options;
   options.nodes = nodes;
   return options;
+}
+
+inline BindOptions field(int points = 500) {
+  BindOptions options = quick();
+  options.method = Method::geometric_fields;
+  options.field_points = points;
+  return options;
+}
+
+/// The first character of a file, with a skeleton.
+inline Character read_case(const std::filesystem::path& mesh, const Skeleton& skeleton) {
+  Asset asset = read_asset(mesh);
+  Character c = std::move(asset.characters.front());
+  give_skeleton(c, skeleton);
+  make_handles(c);
+  return c;
+}
+inline Character read_case(const std::filesystem::path& mesh, const std::filesystem::path& tgf) {
+  return read_case(mesh, read_skeleton(tgf));
 }
 
 /// Every input vertex has a row on the simplex, and the report agrees.

@@ -1,9 +1,7 @@
 // Geometric fields of flat shapes: outlines, triangles in a plane, soups of edges.
 #include "bind/fixtures.h"
 #include "skinfield/base/parallel.h"
-#include "skinfield/bind/handles.h"
 #include "skinfield/domain/planar_mesher.h"
-#include "skinfield/io/io.h"
 #include "skinfield/io/sfield.h"
 #include "skinfield/methods/geometric_fields.h"
 #include "support/data.h"
@@ -16,14 +14,6 @@ namespace skinfield {
 namespace {
 
 using namespace skinfield_test;
-
-BindOptions field(int points = 2000) {
-  BindOptions options;
-  options.method = Method::geometric_fields;
-  options.field_points = points;
-  options.nodes = 4000;
-  return options;
-}
 
 std::vector<Handle> bones_of_fork(double gap) {
   return {bone({0.1, 0.15, 0}, {0.1, 0.85, 0}), bone({0.3 + gap, 0.15, 0}, {0.3 + gap, 0.85, 0})};
@@ -60,10 +50,7 @@ TEST(PlanarField, TheAlligatorAgreesWithExactWeights) {
   for (const char* handles : {"planar/alligator.tgf", "planar/alligator-points.tgf"}) {
     SKINFIELD_NEEDS_DATA(mesh, "planar/alligator.obj");
     SKINFIELD_NEEDS_DATA(tgf, handles);
-    Asset asset = read_asset(mesh);
-    give_skeleton(asset.characters.front(), read_skeleton(tgf));
-    make_handles(asset.characters.front());
-    const Character& c = asset.characters.front();
+    const Character c = read_case(mesh, tgf);
     const SkinWeights exact = bound(c, on_triangles()).weights;
     EXPECT_LT(tv(bound(c, field(1 << 13)).weights, exact), 0.05) << handles;
   }
@@ -72,7 +59,7 @@ TEST(PlanarField, TheAlligatorAgreesWithExactWeights) {
 TEST(PlanarField, DoesNotBleedAcrossAThinSlit) {
   for (const double gap : {0.02, 1e-3, 1e-4}) {
     const Character c = fork_outline(gap);
-    const BindResult result = bound(c, field());
+    const BindResult result = bound(c, field(2000));
     expect_valid(result, c);
     // The other prong's weight on the walls of the slit is no more than on the walls outside.
     double slit = 0, outside = 0;
@@ -86,7 +73,7 @@ TEST(PlanarField, DoesNotBleedAcrossAThinSlit) {
     EXPECT_LT(slit, outside + 0.01) << gap;
     EXPECT_LT(slit, 0.04) << gap;
   }
-  BindOptions open = field();
+  BindOptions open = field(2000);
   open.field.visibility = FieldVisibility::none;
   const Character c = fork_outline(1e-3);
   const RowMatrix W(bound(c, open).weights.W);
@@ -104,9 +91,9 @@ TEST(PlanarField, TheSameInAnyPlane) {
   tilted.mesh.V.rowwise() += Eigen::RowVector3d(3, -1, 2);
   for (Handle& handle : tilted.skeleton.handles)
     for (auto& [a, b] : handle.segments) a = R * a + Vec3(3, -1, 2), b = R * b + Vec3(3, -1, 2);
-  const BindResult there = bound(tilted, field());
+  const BindResult there = bound(tilted, field(2000));
   EXPECT_EQ(there.report.domain_kind, "field");
-  EXPECT_LT(tv(there.weights, bound(flat, field()).weights), 0.02);
+  EXPECT_LT(tv(there.weights, bound(flat, field(2000)).weights), 0.02);
 }
 
 TEST(PlanarField, AnOutlineAndItsTrianglesAgree) {
@@ -117,7 +104,8 @@ TEST(PlanarField, AnOutlineAndItsTrianglesAgree) {
   mesh.V = planar.V;
   mesh.F = planar.F;
   const Character triangles = character(mesh, bones_of_fork(0.02));
-  const SkinWeights a = bound(outline, field()).weights, b = bound(triangles, field()).weights;
+  const SkinWeights a = bound(outline, field(2000)).weights,
+                    b = bound(triangles, field(2000)).weights;
   EXPECT_GT(b.W.rows(), a.W.rows());
   EXPECT_LT(tv(a, rows_of(b, 0, a.W.rows())), 1e-3) << "the same area, the same samples";
 }
@@ -125,11 +113,11 @@ TEST(PlanarField, AnOutlineAndItsTrianglesAgree) {
 TEST(PlanarField, SoupsOfEdgesAreNearlyTheirOutline) {
   const double gap = 0.1;
   const Mesh whole = outline_of({fork_loop(gap)}, 0.03);
-  const SkinWeights exact = bound(character(whole, bones_of_fork(gap)), field()).weights;
+  const SkinWeights exact = bound(character(whole, bones_of_fork(gap)), field(2000)).weights;
   for (const double removed : {0.1, 0.3}) {
     const Mesh soup = segment_soup(whole, removed, 0.002, 11);
     const Character c = character(soup, bones_of_fork(gap));
-    const BindResult result = bound(c, field());
+    const BindResult result = bound(c, field(2000));
     expect_valid(result, c);
     EXPECT_EQ(result.report.domain_kind, "field");
     EXPECT_GT(result.report.dirty_parts, 10);
@@ -148,14 +136,14 @@ TEST(PlanarField, SoupsOfEdgesAreNearlyTheirOutline) {
 
 TEST(PlanarField, PaintIsKept) {
   const Character c = fork_outline(0.02);
-  BindOptions options = field();
+  BindOptions options = field(2000);
   options.paint.emplace();
   for (int v = 0; v < c.mesh.V.rows(); ++v)
     if (c.mesh.V(v, 0) == 0 && c.mesh.V(v, 1) > 0.5) options.paint->vertex.push_back(v);
   options.paint->weights =
       RowMatrix::Zero(static_cast<Eigen::Index>(options.paint->vertex.size()), 2);
   options.paint->weights.col(1).setOnes();
-  const BindResult painted = bound(c, options), plain = bound(c, field());
+  const BindResult painted = bound(c, options), plain = bound(c, field(2000));
   for (const int v : options.paint->vertex) EXPECT_NEAR(painted.weights.W.coeff(v, 1), 1, 1e-12);
   EXPECT_GT(options.paint->vertex.size(), 5u);
   // The other prong does not feel it.
@@ -239,7 +227,7 @@ TEST(PlanarField, WithoutAnInsideTrianglesStandIn) {
   Character c = fork_outline(0.02);
   for (Handle& handle : c.skeleton.handles)
     for (auto& [a, b] : handle.segments) a.x() += 5, b.x() += 5;
-  const BindResult result = bound(c, field());
+  const BindResult result = bound(c, field(2000));
   EXPECT_NE(result.report.domain_kind, "field");
   ASSERT_FALSE(result.report.warnings.empty());
   EXPECT_NE(result.report.warnings.front().find("on the surface"), std::string::npos);

@@ -3,11 +3,9 @@
 #include "domain/alpha_wrap.h"
 #include "domain/tetgen_mesher.h"
 #include "skinfield/base/error.h"
-#include "skinfield/bind/handles.h"
 #include "skinfield/bind/report.h"
 #include "skinfield/domain/tet_domain.h"
 #include "skinfield/domain/tetrahedraliser.h"
-#include "skinfield/io/io.h"
 #include "support/box_tets.h"
 #include "support/data.h"
 
@@ -136,14 +134,6 @@ TEST(BindOnTets, SaysWhyThereAreNone) {
   } catch (const DomainError& error) {
     EXPECT_FALSE(error.remedy().empty());
   }
-}
-
-Character read_case(const std::filesystem::path& mesh, const std::filesystem::path& tgf) {
-  Asset asset = read_asset(mesh);
-  Character c = std::move(asset.characters.front());
-  give_skeleton(c, read_skeleton(tgf));
-  make_handles(c);
-  return c;
 }
 
 TEST(BindOnTetsData, TheHandReachesItsOptimum) {

@@ -157,10 +157,7 @@ TEST(Triangulate, TheStarsTipsAreRotationsOfEachOther) {
   NEEDS_MESHER();
   SKINFIELD_NEEDS_DATA(file, "planar/star.svg");
   SKINFIELD_NEEDS_DATA(tgf, "planar/star.tgf");
-  Asset asset = read_asset(file);
-  Character& c = asset.characters.front();
-  give_skeleton(c, read_skeleton(tgf));
-  make_handles(c);
+  const Character c = read_case(file, tgf);
   const BindResult result = bound(c, quick(8000));
   // 60 points, 12 a tip: handle 0 is the middle, tips follow counterclockwise as the points do.
   ASSERT_EQ(result.weights.W.rows(), 60);
@@ -180,10 +177,7 @@ TEST(Triangulate, CombFingersDoNotLeak) {
   NEEDS_MESHER();
   SKINFIELD_NEEDS_DATA(file, "planar/comb-outline.obj");
   SKINFIELD_NEEDS_DATA(tgf, "planar/comb-points.tgf");
-  Asset asset = read_asset(file);
-  Character& c = asset.characters.front();
-  give_skeleton(c, read_skeleton(tgf));
-  make_handles(c);
+  const Character c = read_case(file, tgf);
   const BindResult result = bound(c, quick(4000));
   // At a finger's end its own handle rules: the neighbours, 0.02 away, have nothing.
   const Points& V = c.mesh.V;

@@ -34,6 +34,11 @@ struct Mesh {
   bool is_point_cloud() const { return F.rows() == 0 && T.rows() == 0 && outline.empty(); }
 };
 
+/// Row i of (n,3) normals, or zero where there are none.
+inline Vec3 normal_or_zero(const Points& N, Eigen::Index i) {
+  return N.rows() > 0 ? Vec3(N.row(i).transpose()) : Vec3(Vec3::Zero());
+}
+
 /// Lower and upper corner. Precondition: at least one row; all finite.
 Box3 bounding_box(const Points& V);
 double diagonal(const Box3& box);
