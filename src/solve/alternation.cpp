@@ -19,8 +19,12 @@ constexpr int kCheckEvery = 5;
 constexpr int kFirstTurn = 10, kStiffTurn = 15, kSoftTurn = 20;
 constexpr double kSoft = 3, kFirstStiff = 50, kStiff = 500, kWarm = 8;
 constexpr int kSettle = 4;         // first iterations, which say nothing about the balance
+constexpr int kEarly = 8;          // iterations that say enough to balance within a turn
 constexpr double kBalanced = 0.8;  // primal over dual residual
 constexpr double kWorthShrinking = 0.8;
+constexpr double kMost = 0.999;    // of the rows must be feasible within the tolerance,
+constexpr double kFewRows = 4;     // the others within so many times it: the last sweeps mend them
+constexpr double kSlowest = 0.95;  // rate of convergence that is believed
 constexpr int kCertifySteps = 5, kCertifyRounds = 4;
 constexpr double kSmallGap = 1e-4;     // relative: good enough a certificate
 constexpr double kRounding = 1e-10;    // of a row's sum, in the start
@@ -162,7 +166,32 @@ std::vector<std::int64_t> Alternation::reactivate(ColumnSets sets) {
   activate(std::move(sets));
   std::vector<std::int64_t> old = old_entries(before, active_);
   for (Vector* values : {&S_, &Z_, &checked_}) *values = remapped(*values, old);
+  enter_at_zero(old);
   return old;
+}
+
+void Alternation::enter_at_zero(const std::vector<std::int64_t>& old) {
+  if (free_.boxes()) return;  // no sums, no thresholds
+  const auto is_new = [&](std::int64_t e) { return old[static_cast<std::size_t>(e)] < 0; };
+  // Below the row's least by its sum: no share for them.
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    double least = 0;
+    for (auto e = begin; e < end; ++e) least = std::min(least, S_[e]);
+    for (auto e = begin; e < end; ++e) {
+      if (is_new(e)) S_[e] = least - free_.row_sum[i];
+    }
+  });
+  Vector Z;
+  project(S_, Z);
+  for_rows([&](Eigen::Index, std::int64_t begin, std::int64_t end) {
+    double threshold = 0;
+    for (auto e = begin; e < end; ++e) {
+      if (Z[e] > 0) threshold = std::min(threshold, S_[e] - Z[e]);
+    }
+    for (auto e = begin; e < end; ++e) {
+      if (is_new(e)) S_[e] = threshold;
+    }
+  });
 }
 
 void Alternation::grow() {
@@ -202,21 +231,27 @@ RowMatrix Alternation::full(const Vector& values) const {
 
 void Alternation::iterate(int it) {
   progress_.check();
-  if (it > turn_at_) turn(it);
+  if (it > turn_at_) {
+    turn(it);
+  } else if (turned_ && ratios_ >= kEarly && it + kEarly <= turn_at_ && far_off()) {
+    balance();
+    raise_penalty(soft_);
+  }
   previous_.swap(Z_);
   project(S_, Z_);
   split();
   factor_.solve(active_, W_);
   if (it > kSettle && !stiff_) compare_residuals();
-  if (it % kCheckEvery == 0) check();
+  if (it % kCheckEvery == 0 || it == options_.max_iterations) check();
   step();
   if (it % kCheckEvery == 0) grow();
 }
 
 RowMatrix Alternation::result() const {
-  RowMatrix W = full(Z_);
-  drop_dust(kDust * options_.tolerance, W);
-  return W;
+  RowMatrix Z = full(Z_), W = full(checked_);
+  for (RowMatrix* each : {&Z, &W}) drop_dust(kDust * options_.tolerance, *each);
+  const auto energy = [&](const RowMatrix& at) { return free_.energy(at, free_.gradient(at)); };
+  return energy(W) < energy(Z) ? W : Z;
 }
 
 void Alternation::drop_dust(double dust, RowMatrix& W) const {
@@ -235,15 +270,9 @@ void Alternation::drop_dust(double dust, RowMatrix& W) const {
 bool Alternation::converged() {
   if (!fresh_check_) return false;
   fresh_check_ = false;
-  if (!(change_ < options_.tolerance)) {
-    confirmed_ = 0;
-    return false;
-  }
-  if (stiff_) {
-    turn_at_ = 0;  // at once: see the header
-    return false;
-  }
-  return ++confirmed_ >= 2;
+  if (!(change_ < options_.tolerance)) return false;
+  if (stiff_) turn_at_ = 0;  // at once: see the header
+  return !stiff_ && checks_ > 1;
 }
 
 void Alternation::full_step(const RowMatrix& S, RowMatrix& Z, RowMatrix& W) {
@@ -266,16 +295,14 @@ bool Alternation::complete() {
     }
   }
   if (outside <= options_.tolerance) return true;
-  confirmed_ = 0;
   ColumnSets more = around(missed, 1);
   more.join(sets_);
   anderson_.remap(reactivate(std::move(more)));
   return false;
 }
 
-double Alternation::certify() {
+double Alternation::certify(const RowMatrix& result) {
   RowMatrix S = full(S_), Z, W;
-  const RowMatrix result = full(Z_);
   const double energy = free_.energy(result, free_.gradient(result));
   // L := D (2Z - S - W), which is Q W - R where (Q + D) W = D (2Z - S) + R holds. One step of
   // refinement brings back the digits that single-precision panels cost.
@@ -352,9 +379,29 @@ void Alternation::step() {
   anderson_.advance(weight_, S_, F_);
 }
 
+double Alternation::infeasibility(const Vector& feasible) const {
+  Vector rows(active_.rows());
+  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
+    double largest = 0;
+    for (auto e = begin; e < end; ++e) largest = std::max(largest, std::abs(W_[e] - feasible[e]));
+    rows[i] = largest;
+  });
+  const auto most =
+      rows.begin() + static_cast<std::ptrdiff_t>(kMost * static_cast<double>(rows.size()));
+  std::nth_element(rows.begin(), most, rows.end());
+  return std::max(*most, *std::max_element(most, rows.end()) / kFewRows);
+}
+
 void Alternation::check() {
-  change_ = std::max(largest_difference(W_, Z_), largest_difference(Z_, checked_));
-  checked_ = Z_;
+  Vector feasible;
+  project(W_, feasible);
+  const double moved = largest_difference(feasible, checked_);
+  // What is left of a geometric series whose last term is `moved`, four times: rates vary.
+  const double rate = std::min(moved / moved_, kSlowest);
+  change_ = std::max(infeasibility(feasible), moved * std::max(2.0, 4 * rate / (1 - rate)));
+  moved_ = moved;
+  checked_ = std::move(feasible);
+  ++checks_;
   fresh_check_ = true;
 }
 
@@ -374,21 +421,33 @@ void Alternation::compare_residuals() {
 /// A soft penalty settles what lies far from the handles, a stiff one the rows where weights leave
 /// zero; taking turns needs half the iterations of any one penalty, or of one raised step by step.
 void Alternation::turn(int it) {
-  if (!stiff_ && ratios_ > 0) {
-    // Residual balancing (He, Yang, Wang 2000; Wohlberg 2017): all rows in the norm of the penalty,
-    // then row by row. The former may go on for as many turns as a far-off scale takes.
-    const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
-    const double factor = std::clamp(ratio * ratio, 0.2, 5.0);
-    if (factor > 2 || factor < 0.4) soft_ *= factor;
-    balance_rows(free_, std::move(primal_), std::move(dual_), balance_);
-    primal_ = dual_ = Vector();
-    log_ratio_ = 0;
-    ratios_ = 0;
-  }
+  if (!stiff_ && ratios_ > 0) balance();
   stiff_ = !stiff_;
   turn_at_ = it - 1 + (stiff_ ? kStiffTurn : kSoftTurn);
   raise_penalty(!stiff_ ? soft_ : turned_ ? kStiff : kFirstStiff);
   turned_ = turned_ || stiff_;
+}
+
+bool Alternation::far_off() const {
+  const double factor = imbalance();
+  return factor < 0.3 || factor > 3.3;
+}
+
+double Alternation::imbalance() const {
+  const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
+  // The first few iterations overrate it.
+  return std::clamp(turned_ ? ratio * ratio : ratio, 0.2, 5.0);
+}
+
+/// Residual balancing (He, Yang, Wang 2000; Wohlberg 2017): all rows in the norm of the penalty,
+/// then row by row. The former may go on for as many turns as a far-off scale takes.
+void Alternation::balance() {
+  const double factor = imbalance();
+  if (!turned_ || factor > 2 || factor < 0.4) soft_ *= factor;
+  balance_rows(free_, std::move(primal_), std::move(dual_), balance_);
+  primal_ = dual_ = Vector();
+  log_ratio_ = 0;
+  ratios_ = 0;
 }
 
 void Alternation::raise_penalty(double factor) {
@@ -406,6 +465,8 @@ void Alternation::raise_penalty(double factor) {
   factor_.factor(free_.Q, d_, storage_);
   anderson_.forget();
   shrink();
+  checks_ = 0;
+  moved_ = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace skinfield

@@ -25,20 +25,20 @@ class Alternation {
 
   /// One iteration; `it` counts from 1.
   void iterate(int it);
-  /// Both the distance between the halves of the splitting, which measured 0.7 to 1.5 times the
-  /// distance to the optimum, and the movement since the last check are below the tolerance.
-  /// That holds for a soft penalty: a stiff one pulls the halves together without moving them to
-  /// the optimum. So success with a stiff one only ends its turn, and with a soft one it must be
-  /// seen twice.
+  /// Is what the nearest feasible weights to W will still move, by the rate of their last two
+  /// movements, below the tolerance, and are nearly all rows of W feasible within it? That holds
+  /// for a soft penalty: a stiff one slows the movement itself, so success with it only ends its
+  /// turn. (Z - W says nothing: Z lags behind where the penalty is far softer than the energy, and
+  /// single rows there, long settled in W, would cost many iterations.)
   bool converged();
   /// One step with full columns: do they stay below the tolerance outside the active rows? If not,
   /// those rows become active.
   bool complete();
   /// A lower bound of the energy, by some steps with full columns.
-  double certify();
+  double certify(const RowMatrix& result);
 
   const RowMatrix& start() const { return start_; }
-  /// The iterate, feasible, without weights far below the tolerance.
+  /// The better of the two feasible iterates, without weights far below the tolerance.
   RowMatrix result() const;
   double change() const { return change_; }
   std::int64_t factor_entries() const { return factor_.nonzeros(); }
@@ -61,6 +61,10 @@ class Alternation {
   void activate(ColumnSets sets);
   /// Moves the iterate to new sets; returns the old numbers of the entries.
   std::vector<std::int64_t> reactivate(ColumnSets sets);
+  /// Gives S of new entries (old number -1) the threshold of their row's projection, or zero where
+  /// that is less: they start at weight zero. Zero would be right at the optimum, where
+  /// thresholds are not negative; before, it hands them a part of the row.
+  void enter_at_zero(const std::vector<std::int64_t>& old);
   void grow();
   void shrink();
   Vector active_part(const RowMatrix& W) const;
@@ -71,9 +75,16 @@ class Alternation {
   void project(const Vector& from, Vector& to) const;
   void split();
   void step();
+  /// Distance of W's rows from their sets; `feasible` is its projection.
+  double infeasibility(const Vector& feasible) const;
   void check();
   void compare_residuals();
   void turn(int it);
+  /// What the soft penalties should be multiplied by, from the ratios so far.
+  double imbalance() const;
+  /// By so much that it does not wait for the turn's end?
+  bool far_off() const;
+  void balance();
   /// The penalty becomes `factor` times the first, balanced.
   void raise_penalty(double factor);
 
@@ -90,15 +101,17 @@ class Alternation {
   ActiveRows active_;
   Vector weight_, R_;          ///< of the active entries: penalty, linear term
   std::vector<char> allowed_;  ///< of the active entries: in the support, or empty for all
-  Vector S_, Z_, W_, F_, previous_, checked_;
+  Vector S_, Z_, W_, F_, previous_;
+  Vector checked_;  ///< W's projection at the last check
   RowMatrix start_;
   double change_ = std::numeric_limits<double>::infinity();
   double log_ratio_ = 0;  ///< sum of logarithms of primal over dual residuals in a soft turn
   int ratios_ = 0;        ///< so many
   double soft_;           ///< factor of soft turns
   int turn_at_;           ///< the turn's last iteration
-  bool stiff_ = false, turned_ = false;  ///< a stiff turn now; was there one?
-  int confirmed_ = 0;
+  bool stiff_ = false, turned_ = false;                     ///< a stiff turn now; was there one?
+  int checks_ = 0;                                          ///< in this turn
+  double moved_ = std::numeric_limits<double>::infinity();  ///< before the last of them
   bool fresh_check_ = false;
 };
 

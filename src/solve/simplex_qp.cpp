@@ -64,7 +64,7 @@ SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOpt
       break;
     }
     Z = alternation.result();
-    stats.lower_bound = alternation.certify();
+    stats.lower_bound = alternation.certify(Z);
     stats.largest_change = alternation.change();
     stats.factor_entries = alternation.factor_entries();
     if (stats.status == SolveStats::Status::limit) {

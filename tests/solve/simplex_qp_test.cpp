@@ -124,17 +124,19 @@ TEST(SimplexQp, LinearTermAgreesWithProjectedGradient) {
 }
 
 TEST(SimplexQp, TheToleranceIsHonest) {
-  const SimplexProblem p = grid_program(8, 6);
-  const SimplexSolution exact = solve_simplex_qp(p, tight());
-  for (const double tolerance : {1e-2, 1e-3}) {
-    SimplexOptions options;
-    options.tolerance = tolerance;
-    const SimplexSolution solution = solve_simplex_qp(p, options);
-    EXPECT_EQ(solution.stats.status, SolveStats::Status::converged);
-    EXPECT_LE(solution.stats.largest_change, tolerance);
-    EXPECT_LT((solution.W - exact.W).cwiseAbs().maxCoeff(), 1.5 * tolerance);
-    EXPECT_LE(solution.stats.lower_bound, exact.stats.energy * (1 + 1e-9));
-    EXPECT_GE(solution.stats.energy, exact.stats.energy * (1 - 1e-9));
+  for (const auto& [side, columns] : {std::pair{8, 6}, {12, 6}, {13, 20}}) {
+    const SimplexProblem p = grid_program(side, columns);
+    const SimplexSolution exact = solve_simplex_qp(p, tight());
+    for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+      SimplexOptions options;
+      options.tolerance = tolerance;
+      const SimplexSolution solution = solve_simplex_qp(p, options);
+      EXPECT_EQ(solution.stats.status, SolveStats::Status::converged);
+      EXPECT_LE(solution.stats.largest_change, tolerance);
+      EXPECT_LT((solution.W - exact.W).cwiseAbs().maxCoeff(), 1.5 * tolerance);
+      EXPECT_LE(solution.stats.lower_bound, exact.stats.energy * (1 + 1e-9));
+      EXPECT_GE(solution.stats.energy, exact.stats.energy * (1 - 1e-9));
+    }
   }
 }
 
@@ -301,11 +303,13 @@ TEST(SimplexQp, RefusesIndefiniteEnergies) {
 TEST(SimplexQp, StopsWhenAskedTo) {
   const SimplexProblem p = grid_program(7, 4);
   SimplexOptions options = tight();
-  options.max_iterations = 3;
-  const SimplexSolution few = solve_simplex_qp(p, options);
-  EXPECT_EQ(few.stats.status, SolveStats::Status::limit);
-  EXPECT_EQ(few.stats.iterations, 3);
-  expect_feasible(p, few.W);
+  for (const int limit : {1, 3, 5, 11, 14, 27}) {  // within turns of the penalty, and at their ends
+    options.max_iterations = limit;
+    const SimplexSolution few = solve_simplex_qp(p, options);
+    EXPECT_EQ(few.stats.status, SolveStats::Status::limit);
+    EXPECT_EQ(few.stats.iterations, limit);
+    expect_feasible(p, few.W);
+  }
   options = tight();
   options.time_limit_s = 1e-9;
   const SimplexSolution none = solve_simplex_qp(p, options);
