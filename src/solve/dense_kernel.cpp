@@ -99,6 +99,14 @@ SKINFIELD_INLINE void for_strips(int count, const Body& body) {
   }
 }
 
+/// Asks for `count` values of a panel before they are needed: they come from main memory, and the
+/// processor guesses poorly where the next row lies. May ask for what is beyond the last panel.
+template <class Value>
+SKINFIELD_INLINE void prefetch(const Value* values, std::ptrdiff_t count) {
+  constexpr std::ptrdiff_t kLine = 64 / sizeof(Value);
+  for (std::ptrdiff_t k = 0; k < count; k += kLine) __builtin_prefetch(values + k);
+}
+
 /// Rows i .. i+rows of L, the first `depth` columns, in double precision.
 template <class Value>
 SKINFIELD_INLINE void unpack_rows(const Panel<Value>& p, int i, int rows, int depth,
@@ -148,8 +156,10 @@ SKINFIELD_INLINE void forward(const Panel<Value>& p, const int* target, const in
                      }
                    });
   }
+  const std::ptrdiff_t block = static_cast<std::ptrdiff_t>(kKernelRows) * w;
   for (int i = w; i < p.size; i += kKernelRows) {
     const int rows = std::min(kKernelRows, p.size - i);
+    prefetch(p.L + static_cast<std::ptrdiff_t>(i) * w + block, block);
     unpack_rows(p, i, rows, w, a);
     for_strips<Vec>(
         count, [&]<int Count>(std::integral_constant<int, Count>, int first)
@@ -176,6 +186,8 @@ SKINFIELD_INLINE void backward(const Panel<Value>& p, const double* below, const
     const int to = std::min(from + kSlab, p.size);
     for (int j = 0; j < w; j += kKernelRows) {
       const int columns = std::min(kKernelRows, w - j);
+      constexpr std::ptrdiff_t kShare = static_cast<std::ptrdiff_t>(kSlab) * kKernelRows;
+      prefetch(p.L + static_cast<std::ptrdiff_t>(to) * w + j / kKernelRows * kShare, kShare);
       unpack_columns(p, j, from, to, a);
       for_strips<Vec>(
           count, [&]<int Count>(std::integral_constant<int, Count>,

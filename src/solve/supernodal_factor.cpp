@@ -1,5 +1,6 @@
 // Our own supernodal multifrontal Cholesky (Duff and Reid 1983; Liu 1992): made for many
 // right-hand sides, which run in strips through one dense kernel.
+#include "base/large_array.h"
 #include "skinfield/base/parallel.h"
 #include "solve/dense_kernel.h"
 #include "solve/factor_backend.h"
@@ -7,7 +8,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <memory>
+#include <numeric>
 
 namespace skinfield {
 namespace {
@@ -16,27 +17,13 @@ constexpr double kLeastPivot = 1e-15;     // of the diagonal entry: less is roun
 constexpr int kDepth = 256;               // rows of a strip that stay in the first cache
 constexpr std::size_t kRowsPerTask = 64;  // of a front, where its work is shared out
 
-/// Memory that is not cleared first.
-class Buffer {
- public:
-  double* resize(std::size_t size) {
-    if (size > size_) values_ = std::make_unique_for_overwrite<double[]>(size_ = size);
-    return values_.get();
-  }
-  const double* data() const { return values_.get(); }
-  void release() {
-    values_.reset();
-    size_ = 0;
-  }
-
- private:
-  std::unique_ptr<double[]> values_;
-  std::size_t size_ = 0;
-};
+using Buffer = LargeArray<double>;
 
 /// What one elimination after the other uses.
 struct Workspace {
-  explicit Workspace(std::size_t n) : local(n) {}
+  Workspace(std::size_t n, std::size_t largest_front) : local(n) {
+    front.resize(largest_front * largest_front);
+  }
   std::vector<int> local;  ///< row of the front of a row of the matrix
   Buffer front, packed;
 };
@@ -114,21 +101,29 @@ class SupernodalFactor : public SparseFactor::Backend {
     // Kernels read past the last row.
     const std::size_t size = structure_.values + kKernelRows;
     if (single()) {
-      std::vector<double>().swap(full_);
+      full_.release();
       single_.resize(size);
     } else {
-      std::vector<float>().swap(single_);
+      single_.release();
       full_.resize(size);
     }
     std::vector<Buffer> updates(structure_.nodes.size());
     const auto n = static_cast<std::size_t>(A.rows());
+    const auto larger = [&](std::size_t rows, int k) {
+      return std::max(rows, static_cast<std::size_t>(node(k).size()));
+    };
     parallel_for(structure_.subtrees.size(), 1, [&](std::size_t t) {
-      Workspace space(n);
+      std::size_t largest = 0;
+      for (int k = structure_.begin[t]; k <= structure_.subtrees[t]; ++k) {
+        largest = larger(largest, k);
+      }
+      Workspace space(n, largest);
       for (int k = structure_.begin[t]; k <= structure_.subtrees[t]; ++k) {
         eliminate(A, k, updates, space, false);
       }
     });
-    Workspace space(n);
+    Workspace space(
+        n, std::accumulate(structure_.top.begin(), structure_.top.end(), std::size_t{0}, larger));
     for (const int k : structure_.top) eliminate(A, k, updates, space, true);
   }
 
@@ -169,8 +164,7 @@ class SupernodalFactor : public SparseFactor::Backend {
   /// Assembles, factors and stores one front; its Schur complement goes to updates[k].
   void eliminate(const SparseRows& A, int k, std::vector<Buffer>& updates, Workspace& space,
                  bool shared) {
-    const auto size = static_cast<std::size_t>(node(k).size());
-    const Front front{space.front.resize(size * size), node(k).size(), node(k).width, shared};
+    const Front front{space.front.data(), node(k).size(), node(k).width, shared};
     assemble(A, k, updates, space, front);
     factor_panel(A, node(k).first, front, space.packed);
     complement(front, space.packed);
@@ -298,7 +292,7 @@ class SupernodalFactor : public SparseFactor::Backend {
   }
 
   template <class Value>
-  void store(int k, const Front& front, std::vector<Value>& panels, Buffer& update) const {
+  void store(int k, const Front& front, LargeArray<Value>& panels, Buffer& update) const {
     const auto w = static_cast<std::size_t>(front.width);
     const std::size_t below = node(k).rows.size();
     Value* panel = panels.data() + node(k).offset;
@@ -321,8 +315,8 @@ class SupernodalFactor : public SparseFactor::Backend {
   SupernodalStructure structure_;
   PanelStorage storage_ = PanelStorage::full;
   /// Panels, row-major: the inverse of the diagonal on it, zero above it. One of the two is used.
-  std::vector<double> full_;
-  std::vector<float> single_;
+  LargeArray<double> full_;
+  LargeArray<float> single_;
 };
 
 }  // namespace
