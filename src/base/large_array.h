@@ -1,10 +1,11 @@
-// Memory for large arrays of numbers: not cleared, and in large pages where the system has them, since
-// what walks over hundreds of megabytes spends a tenth of its time on looking up small ones.
+// Memory for large arrays of numbers: not cleared, and in large pages where the system has them,
+// since what walks over hundreds of megabytes spends a tenth of its time on looking up small ones.
 #pragma once
 
 #include <cstddef>
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 namespace skinfield {
 
@@ -21,6 +22,15 @@ class LargeArray {
   static_assert(std::is_trivial_v<T>);
 
  public:
+  LargeArray() = default;
+  LargeArray(LargeArray&& other) noexcept
+      : memory_(std::move(other.memory_)), size_(std::exchange(other.size_, 0)) {}
+  LargeArray& operator=(LargeArray&& other) noexcept {
+    memory_ = std::move(other.memory_);
+    size_ = std::exchange(other.size_, 0);
+    return *this;
+  }
+
   /// At least so many values, whatever they are: the old ones are lost where there were fewer.
   T* resize(std::size_t size) {
     if (size > size_) {

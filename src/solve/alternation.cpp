@@ -11,22 +11,14 @@
 namespace skinfield {
 namespace {
 
-constexpr std::size_t kRowsPerBlock = 256;
 constexpr std::size_t kEntriesPerBlock = 4096;
-constexpr double kRelaxation = 1.6;
 constexpr int kCheckEvery = 5;
-// Turns of the penalty (see Alternation::turn): iterations, and multiples of the first penalty.
-constexpr int kFirstTurn = 10, kStiffTurn = 15, kSoftTurn = 20;
-constexpr double kSoft = 3, kFirstStiff = 50, kStiff = 500, kWarm = 8;
-constexpr int kSettle = 4;         // first iterations, which say nothing about the balance
-constexpr int kEarly = 8;          // iterations that say enough to balance within a turn
-constexpr double kBalanced = 0.8;  // primal over dual residual
+constexpr int kSettle = 4;  // first iterations, which say nothing about the balance
+constexpr int kEarly = 8;   // iterations that say enough to balance within a turn
 constexpr double kWorthShrinking = 0.8;
 constexpr double kMost = 0.999;    // of the rows must be feasible within the tolerance,
 constexpr double kFewRows = 4;     // the others within so many times it: the last sweeps mend them
 constexpr double kSlowest = 0.95;  // rate of convergence that is believed
-constexpr int kCertifySteps = 5, kCertifyRounds = 4;
-constexpr double kSmallGap = 1e-4;     // relative: good enough a certificate
 constexpr double kRounding = 1e-10;    // of a row's sum, in the start
 constexpr double kDust = 1e-3;         // of the tolerance: rounding of the solves spreads as much
 constexpr double kFaint = 0.02;        // of the tolerance: smaller weights ask for no active rows
@@ -44,22 +36,6 @@ double largest_difference(const Vector& A, const Vector& B) {
 }
 
 }  // namespace
-
-template <class Body>
-void Alternation::for_entries(const Body& body) const {
-  parallel_blocks(static_cast<std::size_t>(active_.size()), kEntriesPerBlock,
-                  [&](std::size_t begin, std::size_t end) {
-                    body(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin));
-                  });
-}
-
-/// body(row, first entry, end of entries)
-template <class Body>
-void Alternation::for_rows(const Body& body) const {
-  parallel_for(static_cast<std::size_t>(active_.rows()), kRowsPerBlock, [&](std::size_t i) {
-    body(static_cast<Eigen::Index>(i), active_.start[i], active_.start[i + 1]);
-  });
-}
 
 Alternation::Alternation(const SimplexProblem& problem, const SimplexOptions& options,
                          const FreeRows& free, const Progress& progress)
@@ -275,61 +251,6 @@ bool Alternation::converged() {
   return !stiff_ && checks_ > 1;
 }
 
-void Alternation::full_step(const RowMatrix& S, RowMatrix& Z, RowMatrix& W) {
-  progress_.check();
-  free_.project(S, Z);
-  W = d_.asDiagonal() * (2 * Z - S) + free_.R;
-  factor_.solve(W);
-}
-
-bool Alternation::complete() {
-  RowMatrix Z, W;
-  full_step(full(S_), Z, W);
-  ColumnSets missed(free_.rows(), free_.columns());
-  double outside = 0;
-  for (Eigen::Index i = 0; i < W.rows(); ++i) {
-    for (int j = 0; j < W.cols(); ++j) {
-      if (std::abs(W(i, j)) <= 0.5 * options_.tolerance || sets_.has(i, j)) continue;
-      outside = std::max(outside, std::abs(W(i, j)));
-      missed.add(i, j);
-    }
-  }
-  if (outside <= options_.tolerance) return true;
-  ColumnSets more = around(missed, 1);
-  more.join(sets_);
-  anderson_.remap(reactivate(std::move(more)));
-  return false;
-}
-
-double Alternation::certify(const RowMatrix& result) {
-  RowMatrix S = full(S_), Z, W;
-  const double energy = free_.energy(result, free_.gradient(result));
-  // L := D (2Z - S - W), which is Q W - R where (Q + D) W = D (2Z - S) + R holds. One step of
-  // refinement brings back the digits that single-precision panels cost.
-  const auto bound = [&] {
-    const auto multipliers = [&](const RowMatrix& at) -> RowMatrix {
-      return d_.asDiagonal() * (2 * Z - S - at);
-    };
-    RowMatrix correction = multipliers(W) - free_.gradient(W);
-    factor_.solve(correction);
-    const RowMatrix refined = W + correction;
-    return free_.lower_bound(refined, multipliers(refined));
-  };
-  // Entries outside the active rows have no multipliers yet; plain steps build them up.
-  double lower = -std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kCertifyRounds; ++round) {
-    for (int k = 0; k < kCertifySteps; ++k) {
-      full_step(S, Z, W);
-      S += kRelaxation * (W - Z);
-    }
-    full_step(S, Z, W);
-    const double gap = energy - lower;
-    lower = std::max(lower, bound());
-    if (energy - lower < kSmallGap * std::abs(energy) || energy - lower > 0.5 * gap) break;
-  }
-  return lower;
-}
-
 double Alternation::distance(const Vector& A, const Vector& B) const {
   return std::sqrt(parallel_reduce(
       static_cast<std::size_t>(A.size()), kEntriesPerBlock, 0.0,
@@ -403,70 +324,6 @@ void Alternation::check() {
   checked_ = std::move(feasible);
   ++checks_;
   fresh_check_ = true;
-}
-
-void Alternation::compare_residuals() {
-  const double primal = distance(W_, Z_), dual = distance(Z_, previous_);
-  if (!(primal > 0 && dual > 0)) return;
-  log_ratio_ += std::log(primal / dual);
-  ++ratios_;
-  if (primal_.size() == 0) primal_ = dual_ = Vector::Zero(free_.rows());
-  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
-    const auto size = static_cast<Eigen::Index>(end - begin);
-    primal_[i] += (W_.segment(begin, size) - Z_.segment(begin, size)).squaredNorm();
-    dual_[i] += (Z_.segment(begin, size) - previous_.segment(begin, size)).squaredNorm();
-  });
-}
-
-/// A soft penalty settles what lies far from the handles, a stiff one the rows where weights leave
-/// zero; taking turns needs half the iterations of any one penalty, or of one raised step by step.
-void Alternation::turn(int it) {
-  if (!stiff_ && ratios_ > 0) balance();
-  stiff_ = !stiff_;
-  turn_at_ = it - 1 + (stiff_ ? kStiffTurn : kSoftTurn);
-  raise_penalty(!stiff_ ? soft_ : turned_ ? kStiff : kFirstStiff);
-  turned_ = turned_ || stiff_;
-}
-
-bool Alternation::far_off() const {
-  const double factor = imbalance();
-  return factor < 0.3 || factor > 3.3;
-}
-
-double Alternation::imbalance() const {
-  const double ratio = std::exp(log_ratio_ / ratios_) / kBalanced;
-  // The first few iterations overrate it.
-  return std::clamp(turned_ ? ratio * ratio : ratio, 0.2, 5.0);
-}
-
-/// Residual balancing (He, Yang, Wang 2000; Wohlberg 2017): all rows in the norm of the penalty,
-/// then row by row. The former may go on for as many turns as a far-off scale takes.
-void Alternation::balance() {
-  const double factor = imbalance();
-  if (!turned_ || factor > 2 || factor < 0.4) soft_ *= factor;
-  balance_rows(free_, std::move(primal_), std::move(dual_), balance_);
-  primal_ = dual_ = Vector();
-  log_ratio_ = 0;
-  ratios_ = 0;
-}
-
-void Alternation::raise_penalty(double factor) {
-  Vector Z;
-  project(S_, Z);
-  const Vector before = d_;
-  d_ = factor * first_.cwiseProduct(balance_);
-  for_rows([&](Eigen::Index i, std::int64_t begin, std::int64_t end) {
-    for (auto e = begin; e < end; ++e) {
-      // S - Z is the multiplier divided by the penalty.
-      S_[e] = Z[e] + (S_[e] - Z[e]) * (before[i] / d_[i]);
-      weight_[e] = d_[i];
-    }
-  });
-  factor_.factor(free_.Q, d_, storage_);
-  anderson_.forget();
-  shrink();
-  checks_ = 0;
-  moved_ = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace skinfield

@@ -1,6 +1,7 @@
 // The iteration behind solve_simplex_qp.
 #pragma once
 
+#include "skinfield/base/parallel.h"
 #include "skinfield/solve/simplex_qp.h"
 #include "skinfield/solve/sparse_factor.h"
 #include "solve/anderson.h"
@@ -44,6 +45,12 @@ class Alternation {
   std::int64_t factor_entries() const { return factor_.nonzeros(); }
 
  private:
+  static constexpr std::size_t kRowsPerBlock = 256, kEntriesPerBlock = 4096;
+  static constexpr double kRelaxation = 1.6;
+  /// Turns of the penalty (see turn()): iterations, and multiples of the first penalty.
+  static constexpr int kFirstTurn = 10, kStiffTurn = 15, kSoftTurn = 20;
+  static constexpr double kSoft = 3, kFirstStiff = 50, kStiff = 500, kWarm = 8;
+
   RowMatrix unconstrained();
   Vector landscape(const Vector& M) const;
   /// Leaves out weights below `dust` of their row's sum; rows keep their sums.
@@ -114,5 +121,21 @@ class Alternation {
   double moved_ = std::numeric_limits<double>::infinity();  ///< before the last of them
   bool fresh_check_ = false;
 };
+
+template <class Body>
+void Alternation::for_entries(const Body& body) const {
+  parallel_blocks(static_cast<std::size_t>(active_.size()), kEntriesPerBlock,
+                  [&](std::size_t begin, std::size_t end) {
+                    body(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin));
+                  });
+}
+
+/// body(row, first entry, end of entries)
+template <class Body>
+void Alternation::for_rows(const Body& body) const {
+  parallel_for(static_cast<std::size_t>(active_.rows()), kRowsPerBlock, [&](std::size_t i) {
+    body(static_cast<Eigen::Index>(i), active_.start[i], active_.start[i + 1]);
+  });
+}
 
 }  // namespace skinfield

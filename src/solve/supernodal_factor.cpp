@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <mutex>
 #include <numeric>
+#include <vector>
 
 namespace skinfield {
 namespace {
@@ -26,6 +28,27 @@ struct Workspace {
   }
   std::vector<int> local;  ///< row of the front of a row of the matrix
   Buffer front, packed;
+};
+
+/// What solves need beside the factor, kept for the next ones; several may run at once.
+class Spaces {
+ public:
+  LargeArray<double> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return {};
+    LargeArray<double> space = std::move(free_.back());
+    free_.pop_back();
+    return space;
+  }
+  void give(LargeArray<double> space) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(space));
+  }
+  void clear() { free_.clear(); }
+
+ private:
+  std::mutex mutex_;
+  std::vector<LargeArray<double>> free_;
 };
 
 /// The lower triangle of a dense matrix of which the first `width` columns are eliminated.
@@ -98,6 +121,7 @@ class SupernodalFactor : public SparseFactor::Backend {
 
   void factor(const SparseRows& A, PanelStorage storage) override {
     storage_ = fits_single(A) ? storage : PanelStorage::full;
+    spaces_.clear();
     // Kernels read past the last row.
     const std::size_t size = structure_.values + kKernelRows;
     if (single()) {
@@ -155,8 +179,10 @@ class SupernodalFactor : public SparseFactor::Backend {
   bool single() const { return storage_ == PanelStorage::single; }
 
   void solve_panels(const ActiveRows& active, double* values) const {
-    if (single()) return solve_supernodal(structure_, single_.data(), active, values);
-    solve_supernodal(structure_, full_.data(), active, values);
+    LargeArray<double> space = spaces_.take();
+    single() ? solve_supernodal(structure_, single_.data(), active, values, space)
+             : solve_supernodal(structure_, full_.data(), active, values, space);
+    spaces_.give(std::move(space));
   }
 
   const Supernode& node(int k) const { return structure_.nodes[static_cast<std::size_t>(k)]; }
@@ -317,6 +343,7 @@ class SupernodalFactor : public SparseFactor::Backend {
   /// Panels, row-major: the inverse of the diagonal on it, zero above it. One of the two is used.
   LargeArray<double> full_;
   LargeArray<float> single_;
+  mutable Spaces spaces_;
 };
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <memory>
 
 namespace skinfield {
 namespace {
@@ -14,15 +13,15 @@ template <class Value>
 class Solve {
  public:
   Solve(const SupernodalStructure& structure, const Value* L, const ActiveRows& active,
-        double* values)
+        double* values, LargeArray<double>& space)
       : s_(structure),
         L_(L),
         active_(active),
         values_(values),
         chunks_((active.columns + kChunk - 1) / kChunk),
         stride_(chunks_ * kChunk),
-        X_(std::make_unique_for_overwrite<double[]>(static_cast<std::size_t>(s_.spare.back()) *
-                                                    static_cast<std::size_t>(stride_))) {}
+        X_(space.resize(static_cast<std::size_t>(s_.spare.back()) *
+                        static_cast<std::size_t>(stride_))) {}
 
   void run() {
     find_chunks();
@@ -60,7 +59,7 @@ class Solve {
   };
 
   const Supernode& node(int k) const { return s_.nodes[static_cast<std::size_t>(k)]; }
-  double* row(int i) const { return X_.get() + static_cast<std::ptrdiff_t>(i) * stride_; }
+  double* row(int i) const { return X_ + static_cast<std::ptrdiff_t>(i) * stride_; }
 
   template <class Body>
   void for_top(const Body& body) const {
@@ -163,8 +162,7 @@ class Solve {
   Panel<Value> panel(int k, Scratch& scratch) const {
     const Supernode& n = node(k);
     if (scratch.panel.size() < scratch_size(n.width)) scratch.panel.resize(scratch_size(n.width));
-    return {L_ + n.offset,       n.width, n.size(), row(n.first), X_.get(), stride_,
-            scratch.panel.data()};
+    return {L_ + n.offset, n.width, n.size(), row(n.first), X_, stride_, scratch.panel.data()};
   }
 
   void forward(int k, int begin, int end, Scratch& scratch) const {
@@ -193,20 +191,20 @@ class Solve {
   const ActiveRows& active_;
   double* values_;
   int chunks_, stride_;
-  std::unique_ptr<double[]> X_;  ///< (n + spare, stride), rows in the factor's order
+  double* X_;                    ///< (n + spare, stride), rows in the factor's order
   std::vector<int> first_, at_;  ///< supernode k carries the columns from at_[first_[k] ...)
 };
 
 }  // namespace
 
 void solve_supernodal(const SupernodalStructure& structure, const double* L,
-                      const ActiveRows& active, double* values) {
-  Solve(structure, L, active, values).run();
+                      const ActiveRows& active, double* values, LargeArray<double>& space) {
+  Solve(structure, L, active, values, space).run();
 }
 
 void solve_supernodal(const SupernodalStructure& structure, const float* L,
-                      const ActiveRows& active, double* values) {
-  Solve(structure, L, active, values).run();
+                      const ActiveRows& active, double* values, LargeArray<double>& space) {
+  Solve(structure, L, active, values, space).run();
 }
 
 }  // namespace skinfield

@@ -119,6 +119,23 @@ INSTANTIATE_TEST_SUITE_P(Backends, EveryBackend,
                          ::testing::Values(FactorBackend::supernodal, FactorBackend::cholmod,
                                            FactorBackend::eigen));
 
+TEST(SparseFactor, OneFactorServesManySolvesAtOnce) {
+  const SparseRows A = skinfield_test::grid_laplacian(7);
+  SparseFactor factor;
+  factor.analyse(A);
+  factor.factor(A, Vector::Constant(A.rows(), 0.1));
+  std::vector<RowMatrix> sides, expected;
+  Random random(3);
+  for (int k = 0; k < 8; ++k) {
+    sides.emplace_back(
+        RowMatrix::NullaryExpr(A.rows(), 1 + 5 * k, [&] { return random.uniform(); }));
+    expected.push_back(sides.back());
+    factor.solve(expected.back());
+  }
+  parallel_for(sides.size(), 1, [&](std::size_t k) { factor.solve(sides[k]); });
+  for (std::size_t k = 0; k < sides.size(); ++k) EXPECT_TRUE(sides[k] == expected[k]) << k;
+}
+
 TEST(SparseFactor, SinglePanelsAreRefusedWhereFloatsEnd) {
   for (const double scale : {1e-60, 1e80}) {
     const SparseRows K = grid_laplacian(5) * scale;
