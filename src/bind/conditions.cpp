@@ -1,6 +1,7 @@
 #include "bind/conditions.h"
 
 #include "bind/tet_stage.h"
+#include "skinfield/base/parallel.h"
 #include "skinfield/geometry/closest_point.h"
 #include "skinfield/methods/support.h"
 #include "skinfield/weights/mirror.h"
@@ -107,15 +108,36 @@ Conditions conditions_for(const Character& character, const BindOptions& options
   return conditions;
 }
 
+SparseRows closest_on_mesh(const Points& X, const Mesh& mesh) {
+  const ClosestPointQuery query(mesh.V, mesh.F);
+  const auto n = static_cast<std::size_t>(X.rows());
+  std::vector<ClosestPoint> closest(n);
+  parallel_for(n, 64,
+               [&](std::size_t i) { closest[i] = query.at(X.row(static_cast<Eigen::Index>(i))); });
+  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (closest[i].face < 0) continue;
+    for (int c = 0; c < 3; ++c) {
+      entries.emplace_back(static_cast<std::int32_t>(i), mesh.F(closest[i].face, c),
+                           closest[i].barycentric[c]);
+    }
+  }
+  SparseRows P(X.rows(), mesh.V.rows());
+  P.setFromTriplets(entries.begin(), entries.end());
+  return P;
+}
+
 RowMatrix start_on_nodes(const Conditions& conditions, const SolvedDomain& solved) {
   if (conditions.start.rows() == 0) return {};
-  // Points take from the vertices that they see, tets from the point of the mesh at or next to
-  // them; a surface's nodes are the vertices.
-  RowMatrix start = conditions.start;
-  if (solved.points) start = solved.points->from_mesh() * conditions.start;
-  if (solved.tris) start = solved.tris->from_mesh() * conditions.start;
-  if (solved.tets) start = nodes_from_mesh(*solved.tets, solved.scaled.mesh) * conditions.start;
-  if (start.rows() != solved.domain->nodes().rows()) return {};
+  // Points take from the vertices that they see, tets and surfaces, which may have been refined,
+  // from the point of the mesh at or next to them.
+  const auto from_mesh = [&]() -> SparseRows {
+    if (solved.points) return solved.points->from_mesh();
+    if (solved.tris) return solved.tris->from_mesh();
+    if (solved.tets) return nodes_from_mesh(*solved.tets, solved.scaled.mesh);
+    return closest_on_mesh(solved.domain->nodes(), solved.scaled.mesh);
+  };
+  RowMatrix start = from_mesh() * conditions.start;
   for (Eigen::Index i = 0; i < start.rows(); ++i) {
     const double sum = start.row(i).sum();
     if (sum > 0)

@@ -18,8 +18,10 @@ struct Conditions {
 Conditions conditions_for(const Character& character, const BindOptions& options,
                           const SolvedDomain& solved);
 
-/// The given weights on the domain's nodes (N, handles); empty without any, or where they cannot
-/// be brought there.
+/// (n, vertices) row-stochastic: brings weights that are given on the mesh's vertices to points, by
+/// the closest triangle; rows are zero where there is none.
+SparseRows closest_on_mesh(const Points& X, const Mesh& mesh);
+/// The given weights on the domain's nodes (N, handles); empty without any.
 RowMatrix start_on_nodes(const Conditions& conditions, const SolvedDomain& solved);
 
 /// Paint alone: the vertices that a column is largest at are its handle, where no volume's nodes

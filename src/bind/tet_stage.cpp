@@ -1,8 +1,6 @@
 #include "bind/tet_stage.h"
 
 #include "bind/solve_method.h"
-#include "skinfield/base/parallel.h"
-#include "skinfield/geometry/closest_point.h"
 
 #include <fmt/format.h>
 
@@ -95,22 +93,7 @@ SparseRows nodes_from_mesh(const TetDomain& domain, const Mesh& mesh) {
     // Nodes that splits made lie in the mesh's own tets.
     return TetDomain(mesh.V, mesh.T, {}).at(X, {}).P;
   }
-  const ClosestPointQuery query(mesh.V, mesh.F);
-  const auto n = static_cast<std::size_t>(X.rows());
-  std::vector<ClosestPoint> closest(n);
-  parallel_for(n, 64,
-               [&](std::size_t i) { closest[i] = query.at(X.row(static_cast<Eigen::Index>(i))); });
-  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (closest[i].face < 0) continue;
-    for (int c = 0; c < 3; ++c) {
-      entries.emplace_back(static_cast<std::int32_t>(i), mesh.F(closest[i].face, c),
-                           closest[i].barycentric[c]);
-    }
-  }
-  SparseRows P(X.rows(), mesh.V.rows());
-  P.setFromTriplets(entries.begin(), entries.end());
-  return P;
+  return closest_on_mesh(X, mesh);
 }
 
 FixedRows paint_on_tets(const Conditions& conditions, const TetDomain& domain) {

@@ -31,6 +31,20 @@ TEST(Ladder, AMoebiusStripLivesOnItsSurface) {
   for (int b = 0; b < 4; ++b) EXPECT_GT(result.weights.W.col(b).sum(), 5);
 }
 
+TEST(Ladder, LocksHoldOnRefinedSurfaces) {
+  const Character c = character(moebius_strip(60), ring_of_bones());
+  const BindResult plain = bound(c);
+  ASSERT_GT(plain.report.nodes, c.mesh.V.rows());
+  const RowMatrix own = dense_weights(plain.weights);
+  const RowMatrix given = 0.7 * own + RowMatrix::Constant(own.rows(), own.cols(), 0.075);
+  BindOptions options = quick();
+  options.start = sparse_weights(given);
+  options.locked_columns = {1};
+  const RowMatrix W = dense_weights(bound(c, options).weights);
+  EXPECT_LT((W.col(1) - given.col(1)).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_GT((W.col(0) - given.col(0)).cwiseAbs().maxCoeff(), 0.05);
+}
+
 TEST(Ladder, CloudsHaveAVolume) {
   const std::vector<Handle> bones{bone({0, 0, -0.4}, {0, 0, 0}), bone({0, 0, 0}, {0, 0, 0.4})};
   const Mesh with = sphere_cloud(0.5, 1500, true), without = sphere_cloud(0.5, 1500, false);
