@@ -175,17 +175,20 @@ def tets(options):
     meshes.write(out / "tibiman-refined.mesh", *meshes.refined(*judge.read_medit(fem / "tibiman.mesh")))
     closed = surface / "hand_closed.tgf"
     bones80 = meshes.split_bones(closed, 4, out / "hand-80.tgf")
-    hand_fine = fine(surface / "hand_closed.obj", closed, 30000, "hand-fine")
+    # With fewest vertices inside it, as many entries in the factor as the limits were set at.
+    hand_fine = fine(surface / "hand_closed.obj", closed, 4000, "hand-fine")
+    hand_filled = filled(out / "hand-fine.obj", closed, 30000, "hand-filled.mesh")
     cases = [("hand", fem / "hand.mesh", fem / "hand.tgf", "at most 0.6 CPU s"),
              ("penguin, fine surface", fine(surface / "penguin.obj", bones15, 45000, "penguin-fine"),
               bones15, "at most 6 CPU s"),
              ("hand, refined 1:8", out / "hand-refined.mesh", fem / "hand.tgf", ""),
              ("hand, fine surface", hand_fine, closed, "at most 11 CPU s, 600 MB"),
              ("hand, fine surface", hand_fine, bones80, "at most 17 CPU s, 1000 MB"),
+             ("hand, fine surface, filled", hand_filled, closed, ""),
              ("tibiman, refined 1:8", out / "tibiman-refined.mesh", fem / "tibiman.tgf",
               "at most 50 CPU s, 2000 MB")]
     for label, mesh, skeleton, target in cases:
-        for tolerance in ("6e-3", "1e-3"):
+        for tolerance in ("2e-2", "1e-3"):
             row = bind(options, mesh, out / "bench-tets.npz", "--skeleton", skeleton,
                        "--tolerance", tolerance, "--threads", 1)
             if "failure" in row:
@@ -199,7 +202,7 @@ def tets(options):
                   f"factor {at(report, 'solve', 'factor_entries') / 1e6:.0f}M, "
                   f"{at(report, 'solve', 'iterations')} iterations, gap "
                   f"{at(report, 'solve', 'relative_gap'):.0e} "
-                  f"{f'({target})' if target and tolerance == '6e-3' else ''}", flush=True)
+                  f"{f'({target})' if target and tolerance == '2e-2' else ''}", flush=True)
 
 
 def main():
