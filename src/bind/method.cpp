@@ -66,7 +66,7 @@ std::span<const MethodFacts> methods() {
        .on_domain = true,
        .uses_mass = true,
        .locks = false,
-       .solvers = {{Solver::coupled, change, 1e-3, 400}, {Solver::decoupled, change, 1e-3, 400}}},
+       .solvers = {{Solver::coupled, change, 1e-3, 1500}, {Solver::decoupled, change, 1e-3, 1500}}},
       {.method = Method::quasi_harmonic,
        .name = "quasi-harmonic",
        .description = "harmonic in an optimised metric, hardly any extrema, on elements",

@@ -22,7 +22,7 @@ struct MonotonicOptions {
   /// divided by their sums afterwards, as in the paper; that can bring extrema back.
   bool coupled = true;
   double tolerance = 1e-3;  ///< largest expected change of a weight
-  int max_iterations = 400;
+  int max_iterations = 1500;
   double time_limit_s = 0;  ///< 0: none; else the best weights so far, status limit
   FixedRows paint;          ///< more fixed rows; they win over the problem's
   /// (N,m) whose order along edges the weights follow, or empty for harmonic weights. Extrema of
