@@ -49,10 +49,10 @@ struct SolveStats {
   Status status = Status::converged;
   int iterations = 0;
   double energy = 0, lower_bound = 0;
-  double relative_gap = 0;    ///< (energy - lower_bound) / energy
-  double kkt_residual = 0;    ///< largest violation of the optimality conditions, in weight units
-  /// Of a weight, at the last check; of solve_simplex_qp what it may still change, by the rate of its
-  /// last movements.
+  double relative_gap = 0;  ///< (energy - lower_bound) / energy
+  double kkt_residual = 0;  ///< largest violation of the optimality conditions, in weight units
+  /// Of a weight, at the last check; of solve_simplex_qp what it may still change, by the rate of
+  /// its last movements.
   double largest_change = 0;
   /// Entries of the Cholesky factor of solve_simplex_qp: what an iteration costs. 0: not told.
   std::int64_t factor_entries = 0;
