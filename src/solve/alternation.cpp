@@ -11,7 +11,6 @@
 namespace skinfield {
 namespace {
 
-constexpr std::size_t kEntriesPerBlock = 4096;
 constexpr int kCheckEvery = 5;
 constexpr int kSettle = 4;  // first iterations, which say nothing about the balance
 constexpr int kEarly = 8;   // iterations that say enough to balance within a turn
@@ -23,17 +22,6 @@ constexpr double kRounding = 1e-10;    // of a row's sum, in the start
 constexpr double kDust = 1e-3;         // of the tolerance: rounding of the solves spreads as much
 constexpr double kFaint = 0.02;        // of the tolerance: smaller weights ask for no active rows
 constexpr double kDoubleBelow = 2e-4;  // tolerance: single-precision panels would show
-
-double largest_difference(const Vector& A, const Vector& B) {
-  return parallel_reduce(
-      static_cast<std::size_t>(A.size()), kEntriesPerBlock, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        const auto at = static_cast<Eigen::Index>(begin);
-        const auto count = static_cast<Eigen::Index>(end - begin);
-        return (A.segment(at, count) - B.segment(at, count)).cwiseAbs().maxCoeff();
-      },
-      [](double a, double b) { return std::max(a, b); });
-}
 
 }  // namespace
 
@@ -218,16 +206,21 @@ void Alternation::iterate(int it) {
   split();
   factor_.solve(active_, W_);
   if (it > kSettle && !stiff_) compare_residuals();
-  if (it % kCheckEvery == 0 || it == options_.max_iterations) check();
+  if (it % kCheckEvery == 0) {
+    check();
+  } else if (it == options_.max_iterations) {
+    project(W_, checked_);  // the newest to give out; too soon after the last check to judge by
+  }
   step();
   if (it % kCheckEvery == 0) grow();
 }
 
-RowMatrix Alternation::result() const {
+RowMatrix Alternation::result(double& energy) const {
   RowMatrix Z = full(Z_), W = full(checked_);
   for (RowMatrix* each : {&Z, &W}) drop_dust(kDust * options_.tolerance, *each);
-  const auto energy = [&](const RowMatrix& at) { return free_.energy(at, free_.gradient(at)); };
-  return energy(W) < energy(Z) ? W : Z;
+  const double of_Z = free_.energy(Z, free_.gradient(Z)), of_W = free_.energy(W, free_.gradient(W));
+  energy = std::min(of_Z, of_W);
+  return of_W < of_Z ? W : Z;
 }
 
 void Alternation::drop_dust(double dust, RowMatrix& W) const {
@@ -249,6 +242,17 @@ bool Alternation::converged() {
   if (!(change_ < options_.tolerance)) return false;
   if (stiff_) turn_at_ = 0;  // at once: see the header
   return !stiff_ && checks_ > 1;
+}
+
+double Alternation::largest_difference(const Vector& A, const Vector& B) {
+  return parallel_reduce(
+      static_cast<std::size_t>(A.size()), kEntriesPerBlock, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        const auto at = static_cast<Eigen::Index>(begin);
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        return (A.segment(at, count) - B.segment(at, count)).cwiseAbs().maxCoeff();
+      },
+      [](double a, double b) { return std::max(a, b); });
 }
 
 double Alternation::distance(const Vector& A, const Vector& B) const {

@@ -35,12 +35,14 @@ class Alternation {
   /// One step with full columns: do they stay below the tolerance outside the active rows? If not,
   /// those rows become active.
   bool complete();
-  /// A lower bound of the energy, by some steps with full columns.
-  double certify(const RowMatrix& result);
+  /// A lower bound of the energy, by some steps with full columns: fewer where it comes close to
+  /// `energy`, that of a feasible point.
+  double certify(double energy);
 
   const RowMatrix& start() const { return start_; }
-  /// The better of the two feasible iterates, without weights far below the tolerance.
-  RowMatrix result() const;
+  /// The better of the two feasible iterates, without weights far below the tolerance, and its
+  /// energy.
+  RowMatrix result(double& energy) const;
   double change() const { return change_; }
   std::int64_t factor_entries() const { return factor_.nonzeros(); }
 
@@ -59,6 +61,7 @@ class Alternation {
   void for_entries(const Body& body) const;
   template <class Body>
   void for_rows(const Body& body) const;
+  static double largest_difference(const Vector& A, const Vector& B);
   /// In the norm of the penalty.
   double distance(const Vector& A, const Vector& B) const;
 

@@ -37,9 +37,8 @@ bool Alternation::complete() {
   return false;
 }
 
-double Alternation::certify(const RowMatrix& result) {
+double Alternation::certify(double energy) {
   RowMatrix S = full(S_), Z, W;
-  const double energy = free_.energy(result, free_.gradient(result));
   // L := D (2Z - S - W), which is Q W - R where (Q + D) W = D (2Z - S) + R holds. One step of
   // refinement brings back the digits that single-precision panels cost.
   const auto bound = [&] {

@@ -63,14 +63,14 @@ SimplexSolution solve_simplex_qp(const SimplexProblem& problem, const SimplexOpt
       stats.status = SolveStats::Status::converged;
       break;
     }
-    Z = alternation.result();
-    stats.lower_bound = alternation.certify(Z);
+    double energy = 0;
+    Z = alternation.result(energy);
+    stats.lower_bound = alternation.certify(energy);
     stats.largest_change = alternation.change();
     stats.factor_entries = alternation.factor_entries();
     if (stats.status == SolveStats::Status::limit) {
       const RowMatrix& start = alternation.start();
-      const double before = free.energy(start, free.gradient(start));
-      if (before < free.energy(Z, free.gradient(Z))) Z = start;
+      if (free.energy(start, free.gradient(start)) < energy) Z = start;
     }
   }
   finish(free, Z, stats, progress);
